@@ -1,0 +1,13 @@
+# Write OUT: kd_embedded_shaders[], one {path, text, size} row a file of FILES below ROOT, ended by an empty row.
+set(body "#include \"runtime/gpu/embedded.h\"\n\n")
+set(rows "")
+set(n 0)
+foreach(file ${FILES})
+    file(READ ${ROOT}/${file} hex HEX)
+    string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
+    string(APPEND body "static const unsigned char text_${n}[] = {${bytes}0};\n")
+    string(APPEND rows "    {\"${file}\", (const char *)text_${n}, sizeof text_${n} - 1},\n")
+    math(EXPR n "${n} + 1")
+endforeach()
+string(APPEND body "\nconst kd_embedded_shader kd_embedded_shaders[] = {\n${rows}    {0, 0, 0},\n};\n")
+file(WRITE ${OUT} "${body}")

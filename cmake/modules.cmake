@@ -1,0 +1,20 @@
+# kd_module(NAME FOLDER [LINKS libs...] [EXCLUDE files...]): one static library kd_NAME from every .c and .cpp below
+# FOLDER. A folder that is still empty gives an interface library, so that what links it need not know.
+function(kd_module name folder)
+    cmake_parse_arguments(arg "" "" "LINKS;EXCLUDE" ${ARGN})
+    file(GLOB_RECURSE sources CONFIGURE_DEPENDS
+        ${CMAKE_SOURCE_DIR}/${folder}/*.c ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
+    foreach(file ${arg_EXCLUDE})
+        list(REMOVE_ITEM sources ${CMAKE_SOURCE_DIR}/${folder}/${file})
+    endforeach()
+    if(sources)
+        add_library(kd_${name} STATIC ${sources})
+        target_include_directories(kd_${name} PUBLIC ${CMAKE_SOURCE_DIR})
+        target_compile_definitions(kd_${name} PRIVATE _POSIX_C_SOURCE=200809L _DEFAULT_SOURCE)
+        target_link_libraries(kd_${name} PUBLIC ${arg_LINKS} PRIVATE kd_warnings)
+    else()
+        add_library(kd_${name} INTERFACE)
+        target_include_directories(kd_${name} INTERFACE ${CMAKE_SOURCE_DIR})
+        target_link_libraries(kd_${name} INTERFACE ${arg_LINKS})
+    endif()
+endfunction()

@@ -1,0 +1,78 @@
+#ifndef KD_ECS_QUERY_H
+#define KD_ECS_QUERY_H
+
+/* Cached queries over a world's tables.
+ *
+ *     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(velocity), KD_WRITE(position)}});
+ *     for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);) {
+ *         const velocity *v = KD_COLUMN(&it, velocity, 0);
+ *         position *p = KD_COLUMN_MUT(&it, position, 1);
+ *         for (uint32_t i = 0; i < it.count; i++) …
+ *     }
+ *
+ * A column is always an array of it.count values (or NULL for an absent optional term). Iteration order: tables in order
+ * of creation, rows in order; by hierarchy depth first when the query asks for it. */
+
+#include "runtime/ecs/world.h"
+
+typedef enum kd_term_kind {
+    KD_TERM_END,
+    KD_TERM_READ,
+    KD_TERM_WRITE,
+    KD_TERM_OPTIONAL,       /* read */
+    KD_TERM_OPTIONAL_WRITE,
+    KD_TERM_WITH,           /* must be there, not accessed */
+    KD_TERM_WITHOUT,
+    KD_TERM_ANY,            /* at least one of the ANY terms must be there; read, NULL when absent */
+} kd_term_kind;
+
+typedef struct kd_term {
+    kd_term_kind kind;
+    const kd_component_desc *desc;
+} kd_term;
+#define KD_READ(type) {KD_TERM_READ, &type##_desc}
+#define KD_WRITE(type) {KD_TERM_WRITE, &type##_desc}
+#define KD_OPTIONAL(type) {KD_TERM_OPTIONAL, &type##_desc}
+#define KD_OPTIONAL_WRITE(type) {KD_TERM_OPTIONAL_WRITE, &type##_desc}
+#define KD_WITH(type) {KD_TERM_WITH, &type##_desc}
+#define KD_WITHOUT(type) {KD_TERM_WITHOUT, &type##_desc}
+#define KD_ANY(type) {KD_TERM_ANY, &type##_desc}
+
+#define KD_MAX_TERMS 16
+
+typedef struct kd_query_desc {
+    kd_term terms[KD_MAX_TERMS]; /* ended by a zero term */
+    bool by_depth;               /* visit parents before children */
+    const char *name;            /* for statistics and assertions; NULL is allowed */
+} kd_query_desc;
+
+typedef struct kd_query kd_query;
+
+/** Make a query or find the equal one made before (counted). Returns NULL when memory is out. */
+kd_query *kd_query_make(kd_world *w, const kd_query_desc *desc);
+void kd_query_destroy(kd_query *q);
+uint32_t kd_query_count(kd_query *q); /* matching entities */
+
+typedef struct kd_iter {
+    uint32_t count;            /* rows in this chunk */
+    const kd_entity *entities; /* [count] */
+    void *columns[KD_MAX_TERMS];
+    kd_query *query;
+    uint64_t changed_since; /* 0: visit all; else only chunks in which a READ/WRITE term changed after this version */
+    uint32_t next_table, next_row;
+    void *internal[2];
+} kd_iter;
+
+kd_iter kd_query_iter(kd_query *q);
+bool kd_iter_next(kd_iter *it);
+/** The world's change counter: keep it and pass it as changed_since to see what was written later. */
+uint64_t kd_world_version(const kd_world *w);
+
+/** Column of term `index` to read. */
+const void *kd_iter_column(const kd_iter *it, uint32_t index, size_t size);
+/** Column of term `index` to write; asserts that the term was declared WRITE and marks the chunk changed. */
+void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size);
+#define KD_COLUMN(it, type, index) ((const type *)kd_iter_column((it), (index), sizeof(type)))
+#define KD_COLUMN_MUT(it, type, index) ((type *)kd_iter_column_mut((it), (index), sizeof(type)))
+
+#endif

@@ -1,0 +1,108 @@
+#ifndef KD_ECS_SYSTEM_H
+#define KD_ECS_SYSTEM_H
+
+/* Systems: behaviour with declared access. From the declarations of all systems the scheduler derives one graph for the
+ * frame: the order, what runs in parallel, and which memory barrier stands before which GPU system.
+ * Two systems conflict when one writes a component or GPU resource that the other reads or writes; conflicting systems
+ * run in order of (phase, registration). Systems that do not conflict may run at the same time, whatever their phase. */
+
+#include "runtime/ecs/query.h"
+
+struct kd_gpu;
+struct kd_jobs;
+struct kd_arena;
+
+#define KD_PHASE_LIST(X)                                                                                     \
+    X(INPUT, "input") X(SCRIPT, "script") X(ANIMATE, "animate") X(HIERARCHY, "hierarchy") X(DEFORM, "deform") \
+    X(CULL, "cull") X(SHADOW, "shadow") X(VOXEL_IO, "voxel_io") X(VOXEL_TRANSFORM, "voxel_transform")        \
+    X(SVO_BUILD, "svo_build") X(SVO_FILTER, "svo_filter") X(LIGHT_INJECT, "light_inject")                    \
+    X(GEOMETRY, "geometry") X(GATHER, "gather") X(RESOLVE, "resolve") X(VIEW, "view") X(CAPTURE, "capture")
+typedef enum kd_phase {
+#define KD_PHASE_ENUM(name, text) KD_PHASE_##name,
+    KD_PHASE_LIST(KD_PHASE_ENUM)
+#undef KD_PHASE_ENUM
+    KD_PHASE_COUNT
+} kd_phase;
+const char *kd_phase_name(kd_phase phase);
+
+typedef enum kd_where { KD_ON_CPU, KD_ON_GPU } kd_where; /* KD_ON_GPU: run on the GPU lane, in graph order */
+
+/* How a GPU system touches a resource: decides the barrier before it. Values combine. */
+typedef enum kd_gpu_use {
+    KD_USE_STORAGE_READ = 1, KD_USE_STORAGE_WRITE = 2,
+    KD_USE_IMAGE_READ = 4, KD_USE_IMAGE_WRITE = 8,
+    KD_USE_SAMPLED = 16,
+    KD_USE_VERTEX = 32, KD_USE_INDEX = 64, KD_USE_INDIRECT = 128, KD_USE_UNIFORM = 256,
+    KD_USE_TARGET = 512,          /* rendered to */
+    KD_USE_COPY_READ = 1024, KD_USE_COPY_WRITE = 2048, /* kd_gpu_write/read/copy/fill_buffer, readback, texture copies */
+} kd_gpu_use;
+#define KD_USE_WRITES (KD_USE_STORAGE_WRITE | KD_USE_IMAGE_WRITE | KD_USE_TARGET | KD_USE_COPY_WRITE)
+
+typedef struct kd_resource_use {
+    const char *resource; /* name of a GPU resource: "svo.nodes", "gbuffer", … NULL ends the list */
+    uint32_t use;         /* kd_gpu_use bits */
+} kd_resource_use;
+
+typedef struct kd_component_use {
+    const kd_component_desc *desc; /* NULL ends the list; singletons are listed here too */
+    bool write;
+} kd_component_use;
+
+typedef struct kd_system_context {
+    kd_world *world;
+    struct kd_gpu *gpu;       /* NULL for CPU systems */
+    struct kd_jobs *jobs;
+    struct kd_arena *scratch; /* emptied every frame; one per worker */
+    kd_commands *commands;    /* of the worker that runs the system */
+    void *user;
+} kd_system_context;
+
+#define KD_MAX_COMPONENT_USES 24
+#define KD_MAX_RESOURCE_USES 24
+typedef struct kd_system_desc {
+    const char *name; /* copied */
+    kd_phase phase;
+    kd_where where;
+    kd_component_use components[KD_MAX_COMPONENT_USES];
+    kd_resource_use resources[KD_MAX_RESOURCE_USES];
+    void (*run)(kd_system_context *context);
+    bool (*run_if)(kd_system_context *context);                           /* NULL: always */
+    kd_status (*init)(kd_system_context *context);                        /* once before the first frame, on the lane it runs on; NULL allowed */
+    void (*fini)(kd_system_context *context);                             /* at the end, reverse order */
+    uint64_t (*bytes_moved)(const kd_system_context *context);            /* of the last run, for the profile; NULL: unknown */
+    void *user;
+} kd_system_desc;
+
+#define KD_USES(type) {&type##_desc, false}
+#define KD_CHANGES(type) {&type##_desc, true}
+
+typedef struct kd_schedule kd_schedule;
+
+kd_schedule *kd_schedule_make(kd_world *w, struct kd_jobs *jobs, struct kd_gpu *gpu);
+void kd_schedule_destroy(kd_schedule *s); /* runs every fini */
+/** Register a system. All must be registered before the first run. Errors KD_OUT_OF_RANGE for too many (256). */
+kd_status kd_schedule_add(kd_schedule *s, const kd_system_desc *desc);
+/** Run every init in registration order. */
+kd_status kd_schedule_init(kd_schedule *s);
+/** Run one frame: every system once, then merge commands at each phase border at which some were recorded. */
+kd_status kd_schedule_run(kd_schedule *s);
+kd_status kd_schedule_enable(kd_schedule *s, const char *name, bool enabled);
+
+/* Called round each system on the thread that runs it (worker KD_GPU_LANE for GPU systems); the profiler hooks in here. */
+typedef struct kd_schedule_hooks {
+    void (*begin)(void *user, uint32_t system, uint32_t worker);
+    void (*end)(void *user, uint32_t system, uint32_t worker);
+    void *user;
+    /* Issue the derived barrier: `uses` are the kd_gpu_use bits by which the next reader touches what was written. */
+    void (*barrier)(void *user, struct kd_gpu *gpu, uint32_t uses);
+} kd_schedule_hooks;
+void kd_schedule_set_hooks(kd_schedule *s, const kd_schedule_hooks *hooks);
+
+uint32_t kd_schedule_count(const kd_schedule *s);
+const kd_system_desc *kd_schedule_system(const kd_schedule *s, uint32_t index);
+/** Shuffle legal orders with this seed (tests for missing declarations); 0: the normal order. */
+void kd_schedule_randomize(kd_schedule *s, uint64_t seed);
+/** Write the frame's graph in Graphviz's dot format. */
+kd_status kd_schedule_write_dot(const kd_schedule *s, const char *path);
+
+#endif

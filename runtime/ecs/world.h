@@ -1,0 +1,111 @@
+#ifndef KD_ECS_WORLD_H
+#define KD_ECS_WORLD_H
+
+/* A world of entities in archetype tables. Same calls give the same handles and the same order, at any thread count. */
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "runtime/core/status.h"
+#include "runtime/ecs/component.h"
+
+typedef struct kd_entity {
+    uint32_t index;
+    uint32_t generation; /* 0: no entity */
+} kd_entity;
+
+#define KD_NO_ENTITY ((kd_entity){0, 0})
+static inline bool kd_entity_equal(kd_entity a, kd_entity b)
+{
+    return a.index == b.index && a.generation == b.generation;
+}
+
+typedef struct kd_world kd_world;
+typedef uint32_t kd_component_id; /* 0: none */
+
+/* ---- worlds ---- */
+kd_world *kd_world_make(void); /* NULL when memory is out */
+void kd_world_destroy(kd_world *w);
+
+/* ---- components of a world ---- */
+/** Find the id that `w` gave to the component, registering it first when it is new. `desc` must outlive the world. */
+kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc);
+/** Find by the name that scripts write. Returns 0 when there is none. */
+kd_component_id kd_component_find(const kd_world *w, const char *name);
+const kd_component_desc *kd_component_info(const kd_world *w, kd_component_id id);
+uint32_t kd_component_count(const kd_world *w); /* ids run from 1 to this */
+#define KD_ID(w, type) kd_component_ensure((w), &type##_desc)
+
+/* ---- entities ---- */
+typedef struct kd_value {
+    const kd_component_desc *desc;
+    const void *value; /* NULL: the component's default */
+} kd_value;
+#define KD_VAL(type, ...) ((kd_value){&type##_desc, &(const type)__VA_ARGS__})
+#define KD_TAG(type) ((kd_value){&type##_desc, NULL})
+
+/** Make one entity with all its values in one table write. Returns KD_NO_ENTITY when memory is out. */
+kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count);
+#define kd_spawn(w, ...)                                                                                     \
+    kd_spawn_values((w), (const kd_value[]){__VA_ARGS__}, (uint32_t)(sizeof((const kd_value[]){__VA_ARGS__}) / sizeof(kd_value)))
+/** Make n entities of one archetype; columns[i] holds n values of descs[i] or is NULL for defaults. out may be NULL. */
+kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs, const void *const *columns,
+                     uint32_t component_count, kd_entity *out);
+/** Destroy an entity and its children. A dead handle does nothing. */
+void kd_destroy(kd_world *w, kd_entity e);
+bool kd_alive(const kd_world *w, kd_entity e);
+uint32_t kd_entity_count(const kd_world *w);
+
+/* ---- values ---- */
+/** Get a value to read. Returns NULL when the entity is dead or lacks it. Valid until the next structural change. */
+const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id);
+/** Get a value to write: marks its chunk as changed. */
+void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id);
+/** Set a value, adding the component when missing. */
+kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value);
+void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
+#define kd_find(w, e, type) ((const type *)kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)))
+#define kd_find_mut(w, e, type) ((type *)kd_find_mut_id((w), (e), KD_ID((w), type)))
+#define kd_set(w, e, type, ...) kd_set_value((w), (e), KD_VAL(type, __VA_ARGS__))
+#define kd_add(w, e, type) kd_set_value((w), (e), KD_TAG(type))
+#define kd_remove(w, e, type) kd_remove_id((w), (e), KD_ID((w), type))
+#define kd_has(w, e, type) (kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)) != NULL)
+
+/* ---- one of a kind: a value that belongs to the world (frame time, settings, stores) ---- */
+void *kd_singleton_ensure(kd_world *w, const kd_component_desc *desc); /* starts as the default */
+#define kd_singleton(w, type) ((type *)kd_singleton_ensure((w), &type##_desc))
+
+/* ---- names ---- */
+kd_status kd_set_name(kd_world *w, kd_entity e, const char *name); /* copied; need not be unique; NULL or "" removes */
+const char *kd_get_name(const kd_world *w, kd_entity e);           /* "" when it has none */
+kd_entity kd_find_named(const kd_world *w, const char *name);      /* first made among equals */
+
+/* ---- hierarchy: ordered children; depth 0 is a root ---- */
+kd_status kd_set_parent(kd_world *w, kd_entity child, kd_entity parent); /* KD_NO_ENTITY orphans; OUT_OF_RANGE for a cycle */
+kd_entity kd_get_parent(const kd_world *w, kd_entity e);
+uint32_t kd_get_depth(const kd_world *w, kd_entity e);
+kd_entity kd_first_child(const kd_world *w, kd_entity e);
+kd_entity kd_next_sibling(const kd_world *w, kd_entity e);
+
+/* ---- commands: structural changes recorded now, applied at the next merge ---- */
+/* While a query is being iterated, or from jobs, structure is changed through commands only. Each worker has its own
+ * buffer; a merge applies them ordered by (sort key, order of recording). */
+typedef struct kd_commands kd_commands;
+/** Get the buffer of one worker (0 … KD_MAX_WORKERS-1). */
+kd_commands *kd_world_commands(kd_world *w, uint32_t worker);
+void kd_commands_key(kd_commands *c, uint64_t sort_key); /* of what is recorded next; default 0 */
+kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t count); /* handle usable after the merge */
+void kd_commands_destroy(kd_commands *c, kd_entity e);
+void kd_commands_set(kd_commands *c, kd_entity e, kd_value value);
+void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *desc);
+/** Apply everything recorded. Called between phases by the scheduler. Threading: the caller owns the world. */
+kd_status kd_world_merge(kd_world *w);
+
+/* ---- statistics ---- */
+uint64_t kd_world_checksum(const kd_world *w); /* of all entities and plain-data components */
+size_t kd_world_bytes(const kd_world *w);      /* heap held */
+
+#define KD_MAX_WORKERS 64
+
+#endif
