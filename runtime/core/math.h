@@ -4,6 +4,8 @@
 /* Plain vector types for components and asset descriptions; cglm works on their .v through the casts below.
  * Column vectors, right-handed, +Y up, metres, radians; matrices are column-major as in GL. */
 
+#include <string.h>
+
 #include <cglm/cglm.h>
 
 typedef struct kd_vec2 { float x, y; } kd_vec2;
