@@ -1,0 +1,23 @@
+#ifndef KD_COMPONENTS_ANIMATION_H
+#define KD_COMPONENTS_ANIMATION_H
+
+#include <stdbool.h>
+
+#include "runtime/ecs/world.h"
+
+/* Plays one clip of the model that the entity is the root of. Time is a function of the simulation alone. */
+typedef struct kd_animation {
+    uint32_t clip;          /* kd_scene_store.clips entry plus one; 0: none */
+    float time_s;           /* in the clip */
+    float speed;            /* 1 is as recorded; may be negative */
+    bool loop;
+    bool paused;
+    uint32_t model;         /* kd_scene_store.models entry plus one, set at instantiation */
+    uint32_t first_node;    /* kd_scene_store.node_entities: entity of each node of the model */
+    uint32_t previous_clip; /* blended out; clip plus one, 0: none */
+    float previous_time_s;
+    float blend_s, blend_left_s; /* length and rest of a running cross-fade */
+} kd_animation;
+KD_COMPONENT_DECLARE(kd_animation); /* default: speed 1, loop */
+
+#endif

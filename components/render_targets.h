@@ -1,0 +1,55 @@
+#ifndef KD_COMPONENTS_RENDER_TARGETS_H
+#define KD_COMPONENTS_RENDER_TARGETS_H
+
+/* Singletons: the textures by which the systems that make a picture meet. Each is (re)made by the system named when the
+ * picture's size changes. Textures are bound to the units of shaders/shared/bindings.h. */
+
+#include "runtime/ecs/world.h"
+#include "runtime/gpu/gpu.h"
+
+/* Resource "gbuffer", system geometry. Read in shaders through shaders/include/gbuffer.glsl. */
+typedef struct kd_gbuffer {
+    kd_gpu_texture albedo, normal, material, emissive, depth;
+    kd_gpu_target target;
+    uint32_t width, height;
+} kd_gbuffer;
+KD_COMPONENT_DECLARE(kd_gbuffer);
+
+/* Resource "shadow.maps", system shadow; "lights.uniform", system lights. Read through shaders/include/lights.glsl. */
+typedef struct kd_lighting {
+    kd_gpu_buffer view;        /* kd_view_params, uniform block KD_BIND_VIEW */
+    kd_gpu_buffer lights;      /* kd_lights_params, uniform block KD_BIND_LIGHTS */
+    kd_gpu_texture shadow_directional, shadow_spot; /* depth arrays, units KD_UNIT_SHADOW_* */
+    uint32_t light_count;
+    void *internal;
+} kd_lighting;
+KD_COMPONENT_DECLARE(kd_lighting);
+
+/* Resource "gi", system gather, full picture size. */
+typedef struct kd_gi_targets {
+    kd_gpu_texture diffuse;    /* RGBA16F: rgb irradiance / pi arriving at the pixel's surface, a: ambient visibility 0 … 1 */
+    kd_gpu_texture specular;   /* RGBA16F: rgb radiance arriving along the mirror direction, filtered by roughness */
+    uint32_t width, height;
+} kd_gi_targets;
+KD_COMPONENT_DECLARE(kd_gi_targets);
+
+/* Resource "picture", system resolve. */
+typedef struct kd_picture {
+    kd_gpu_texture hdr;        /* RGBA16F linear radiance of the chosen view */
+    kd_gpu_texture ldr;        /* RGBA8, sRGB encoded, row 0 on top: what is saved and shown */
+    uint32_t width, height;
+} kd_picture;
+KD_COMPONENT_DECLARE(kd_picture);
+
+/* Resources "tree.*", the voxel systems. `uniform` is block KD_BIND_TREE; textures go to KD_UNIT_TREE_*. */
+typedef struct kd_tree {
+    kd_gpu_buffer uniform;
+    kd_gpu_texture radiance, index, nodes, leaves;
+    uint32_t cascade_count, resolution, dense_resolution;
+    float span_m[4];
+    uint64_t static_voxels, dynamic_voxels, cached_voxels, resident_voxels;
+    uint64_t cascade_voxels[4], cascade_nodes[4], cascade_bytes[4];
+} kd_tree;
+KD_COMPONENT_DECLARE(kd_tree);
+
+#endif

@@ -1,0 +1,35 @@
+#ifndef KD_SHADERS_BINDINGS_H
+#define KD_SHADERS_BINDINGS_H
+
+/* Binding points that several features share. Storage bindings 0 … 7 and image units 0 … 7 are each pass's own.
+ * GL guarantees 8 storage blocks a stage and 16 texture units a stage: count before adding. */
+
+/* uniform blocks */
+#define KD_BIND_PASS 0     /* parameters of one pass, declared by the pass */
+#define KD_BIND_VIEW 1     /* kd_view_params */
+#define KD_BIND_LIGHTS 2   /* kd_lights_params */
+#define KD_BIND_TREE 3     /* kd_tree_params */
+#define KD_BIND_MATERIAL 4 /* kd_material_params of the batch being drawn */
+
+/* texture units */
+#define KD_UNIT_BASE_COLOR 0 /* material maps, while drawing */
+#define KD_UNIT_METALLIC_ROUGHNESS 1
+#define KD_UNIT_NORMAL 2
+#define KD_UNIT_EMISSIVE 3
+#define KD_UNIT_OCCLUSION 4
+#define KD_UNIT_GBUFFER_ALBEDO 0 /* the same units after drawing */
+#define KD_UNIT_GBUFFER_NORMAL 1
+#define KD_UNIT_GBUFFER_MATERIAL 2
+#define KD_UNIT_GBUFFER_EMISSIVE 3
+#define KD_UNIT_GBUFFER_DEPTH 4
+#define KD_UNIT_SHADOW_DIRECTIONAL 5 /* sampler2DArrayShadow */
+#define KD_UNIT_SHADOW_SPOT 6        /* sampler2DArrayShadow */
+#define KD_UNIT_GI_DIFFUSE 7
+#define KD_UNIT_GI_SPECULAR 8
+#define KD_UNIT_DIRECT 9
+#define KD_UNIT_TREE_RADIANCE 10 /* sampler3D: the dense levels, six directions */
+#define KD_UNIT_TREE_INDEX 11    /* usampler3D: child index of the dense cells */
+#define KD_UNIT_TREE_NODES 12    /* usamplerBuffer: sparse node words */
+#define KD_UNIT_TREE_LEAVES 13   /* usamplerBuffer: radiance and opacity of sparse nodes */
+
+#endif

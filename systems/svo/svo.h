@@ -1,0 +1,8 @@
+#ifndef KD_SYSTEMS_SVO_SVO_H
+#define KD_SYSTEMS_SVO_SVO_H
+
+#include "runtime/ecs/system.h"
+
+kd_status kd_svo_import(kd_schedule *s);
+
+#endif
