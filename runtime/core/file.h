@@ -38,7 +38,7 @@ typedef struct kd_file_out {
 
 /** Start a file; its folder must exist. Errors NOT_FOUND, NO_PERMISSION, DISK_FULL, UNSUPPORTED for a folder, IO */
 kd_status kd_file_out_open(kd_file_out *out, const char *path);
-/** Finish: everything is on disk under its name, or an error is returned and nothing is left. Errors DISK_FULL, IO */
+/** Finish: the whole file stands under its name, or an error is returned and nothing is left. Errors DISK_FULL, IO */
 kd_status kd_file_out_commit(kd_file_out *out);
 /** Give up: nothing is left. Does nothing after a commit or a failed open. */
 void kd_file_out_cancel(kd_file_out *out);
