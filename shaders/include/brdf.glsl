@@ -1,0 +1,73 @@
+#ifndef KD_INCLUDE_BRDF_GLSL
+#define KD_INCLUDE_BRDF_GLSL
+
+/* The metallic-roughness material. Source  glTF 2.0 specification, appendix B. */
+
+#include "shaders/include/surface.glsl"
+
+const float BRDF_PI = 3.14159265358979;
+const float BRDF_DIELECTRIC_F0 = 0.04;
+/* A mirror under a light without extent has no picture; this much roughness keeps the highlight finite in half floats. */
+const float BRDF_MIN_ROUGHNESS = 0.04;
+
+vec3 brdf_f0(surface s) { return mix(vec3(BRDF_DIELECTRIC_F0), s.albedo, s.metallic); }
+vec3 brdf_diffuse_albedo(surface s) { return s.albedo * (1.0 - s.metallic); }
+
+/* GGX normal distribution. */
+float brdf_distribution(float n_dot_h, float alpha)
+{
+    float a2 = alpha * alpha;
+    float d = (n_dot_h * a2 - n_dot_h) * n_dot_h + 1.0;
+    return a2 / (BRDF_PI * d * d);
+}
+
+/* Height-correlated Smith shadowing and masking over 4 (n.l)(n.v).
+ * Source  Heitz 2014, Understanding the Masking-Shadowing Function, equation 99 */
+float brdf_visibility(float n_dot_l, float n_dot_v, float alpha)
+{
+    float a2 = alpha * alpha;
+    float v = n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - a2) + a2);
+    float l = n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - a2) + a2);
+    return 0.5 / max(v + l, 1e-7);
+}
+
+vec3 brdf_fresnel(vec3 f0, float v_dot_h)
+{
+    float x = clamp(1.0 - v_dot_h, 0.0, 1.0);
+    float x2 = x * x;
+    return f0 + (1.0 - f0) * (x2 * x2 * x);
+}
+
+/* BRDF times n.l: what a light's irradiance becomes in radiance towards the eye. v, l: unit, away from the surface. */
+vec3 brdf_direct(surface s, vec3 v, vec3 l)
+{
+    float n_dot_l = dot(s.normal_ws, l);
+    if (n_dot_l <= 0.0)
+        return vec3(0.0);
+    float n_dot_v = max(dot(s.normal_ws, v), 1e-4);
+    vec3 h = normalize(v + l);
+    float alpha = max(s.roughness, BRDF_MIN_ROUGHNESS);
+    alpha *= alpha;
+    vec3 f = brdf_fresnel(brdf_f0(s), dot(v, h));
+    float specular = brdf_distribution(clamp(dot(s.normal_ws, h), 0.0, 1.0), alpha) *
+                     brdf_visibility(n_dot_l, n_dot_v, alpha);
+    return ((1.0 - f) * brdf_diffuse_albedo(s) / BRDF_PI + f * specular) * n_dot_l;
+}
+
+/* Share of light from all around that the specular lobe returns: f0 * x + y.
+ * Source  the analytic fit of Karis 2014, Physically Based Shading on Mobile (after Lazarov 2013) */
+vec2 brdf_env(float roughness, float n_dot_v)
+{
+    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float a = min(r.x * r.x, exp2(-9.28 * n_dot_v)) * r.x + r.y;
+    return vec2(-1.04, 1.04) * a + r.zw;
+}
+
+/* The same as a factor on the radiance that the glossy cone returns. */
+vec3 brdf_env_specular(surface s, vec3 v)
+{
+    vec2 e = brdf_env(s.roughness, clamp(dot(s.normal_ws, v), 0.0, 1.0));
+    return brdf_f0(s) * e.x + e.y;
+}
+
+#endif

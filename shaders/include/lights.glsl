@@ -1,0 +1,163 @@
+#ifndef KD_INCLUDE_LIGHTS_GLSL
+#define KD_INCLUDE_LIGHTS_GLSL
+
+/* The lights of this frame and their shadow maps. Resources "lights.uniform" (kd_lighting.view to KD_BIND_VIEW, .lights to
+ * KD_BIND_LIGHTS) and "shadow.maps" (.shadow_directional and .shadow_spot to KD_UNIT_SHADOW_*). */
+
+#include "shaders/include/view.glsl"
+
+layout(std140, binding = KD_BIND_LIGHTS) uniform kd_lights_block { kd_lights_params kd_lights; };
+layout(binding = KD_UNIT_SHADOW_DIRECTIONAL) uniform sampler2DArrayShadow shadow_directional;
+layout(binding = KD_UNIT_SHADOW_SPOT) uniform sampler2DArrayShadow shadow_spot;
+
+const float LIGHT_DIRECTIONAL = 0.0;
+const float LIGHT_POINT = 1.0;
+const float LIGHT_SPOT = 2.0;
+
+uint light_count() { return kd_lights.count.x; }
+
+float light_range_window(float d2, float range)
+{
+    float r = d2 / (range * range);
+    return range > 0.0 ? clamp(1.0 - r * r, 0.0, 1.0) : 1.0;
+}
+
+/* Irradiance on a surface at p that faces the light [W/m^2], without shadow; `to_light` has unit length.
+ * Source  KHR_lights_punctual: inverse square, range window, spot falloff */
+vec3 light_sample(uint i, vec3 p_ws, out vec3 to_light)
+{
+    vec4 direction = kd_lights.light[i].direction_ws;
+    vec4 color = kd_lights.light[i].color;
+    if (direction.w == LIGHT_DIRECTIONAL) {
+        to_light = -direction.xyz;
+        return color.rgb;
+    }
+    vec4 position = kd_lights.light[i].position_ws;
+    vec3 d = position.xyz - p_ws;
+    float d2 = max(dot(d, d), 1e-4); /* a centimetre: nearer, a point source has no meaning */
+    to_light = d * inversesqrt(d2);
+    float e = light_range_window(d2, position.w) / d2;
+    if (direction.w == LIGHT_SPOT) {
+        float cone = clamp(-dot(direction.xyz, to_light) * color.w + kd_lights.light[i].shadow.w, 0.0, 1.0);
+        e *= cone * cone;
+    }
+    return color.rgb * e;
+}
+
+/* Where a point falls in the light's shadow maps. */
+struct shadow_place {
+    vec3 uvz;        /* 0 … 1 */
+    float layer;
+    float texel_ws;  /* edge of a texel at the point [m] */
+    int matrix;      /* -1: in no map */
+};
+
+shadow_place shadow_place_directional(int first, int count, float layer, vec3 p_ws)
+{
+    shadow_place o = shadow_place(vec3(0.0), 0.0, 0.0, -1);
+    float margin = 2.0 / float(kd_lights.count.z); /* so that the filter and the bias stay inside */
+    for (int c = 0; c < count; c++) {
+        vec3 uvz = (kd_lights.shadow_matrix[first + c] * vec4(p_ws, 1.0)).xyz;
+        if (all(lessThan(abs(uvz.xy - 0.5), vec2(0.5 - margin)))) {
+            o = shadow_place(uvz, layer + float(c), kd_lights.cascade_texel_ws[first + c].x, first + c);
+            break;
+        }
+    }
+    return o;
+}
+
+/* Edge of a texel [m] one metre in front of a spot map: the first row of bias * projection * view has the length
+ * 0.5 / tan(half angle) once the bias' share of w is taken off. */
+float shadow_texel_per_metre(int matrix)
+{
+    mat4 m = kd_lights.shadow_matrix[matrix];
+    vec3 row = vec3(m[0][0], m[1][0], m[2][0]) - 0.5 * vec3(m[0][3], m[1][3], m[2][3]);
+    return inversesqrt(dot(row, row)) / float(kd_lights.count.z);
+}
+
+shadow_place shadow_place_perspective(int matrix, float layer, vec3 p_ws)
+{
+    vec4 h = kd_lights.shadow_matrix[matrix] * vec4(p_ws, 1.0);
+    vec3 uvz = h.xyz / h.w;
+    bool inside = h.w > 0.0 && all(lessThan(abs(uvz.xy - 0.5), vec2(0.5)));
+    return shadow_place(uvz, layer, h.w * shadow_texel_per_metre(matrix), inside ? matrix : -1);
+}
+
+/* The face of a cube, in GL's order, into which a direction points. */
+int shadow_cube_face(vec3 d)
+{
+    vec3 a = abs(d);
+    if (a.x >= a.y && a.x >= a.z)
+        return d.x >= 0.0 ? 0 : 1;
+    if (a.y >= a.z)
+        return d.y >= 0.0 ? 2 : 3;
+    return d.z >= 0.0 ? 4 : 5;
+}
+
+shadow_place shadow_find_place(uint i, vec3 p_ws)
+{
+    vec4 shadow = kd_lights.light[i].shadow;
+    int first = int(shadow.x);
+    if (first < 0)
+        return shadow_place(vec3(0.0), 0.0, 0.0, -1);
+    float type = kd_lights.light[i].direction_ws.w;
+    if (type == LIGHT_DIRECTIONAL)
+        return shadow_place_directional(first, int(shadow.y), shadow.z, p_ws);
+    int face = type == LIGHT_POINT ? shadow_cube_face(p_ws - kd_lights.light[i].position_ws.xyz) : 0;
+    return shadow_place_perspective(first + face, shadow.z + float(face), p_ws);
+}
+
+/* The place after the point has moved: same map, no new choice, so that a border cannot flip it. */
+vec3 shadow_project(shadow_place place, vec3 p_ws)
+{
+    vec4 h = kd_lights.shadow_matrix[place.matrix] * vec4(p_ws, 1.0);
+    return vec3(h.xy / h.w, clamp(h.z / h.w, 0.0, 1.0));
+}
+
+float shadow_tap(bool directional, vec4 uv_layer_z)
+{
+    return directional ? texture(shadow_directional, uv_layer_z) : texture(shadow_spot, uv_layer_z);
+}
+
+vec3 light_direction_to(uint i, vec3 p_ws)
+{
+    vec4 direction = kd_lights.light[i].direction_ws;
+    return direction.w == LIGHT_DIRECTIONAL ? -direction.xyz : normalize(kd_lights.light[i].position_ws.xyz - p_ws);
+}
+
+/* Share of the light that reaches p, 0 … 1; n is the mesh's own normal. Four bilinear taps half a texel off the middle
+ * are the tent-weighted 3x3 filter. It reaches texels up to 1.5 away on each axis, 2.1 on the diagonal; on a plane at the
+ * angle t to the light such a texel lies 2.1 * texel * tan(t) nearer, and lifting the point by 2.1 * texel * sin(t) along
+ * the normal clears it exactly. The constant part covers rounding and curvature. Outside every map: lit. */
+float light_shadow(uint i, vec3 p_ws, vec3 n_ws)
+{
+    shadow_place place = shadow_find_place(i, p_ws);
+    if (place.matrix < 0)
+        return 1.0;
+    float cos_t = dot(n_ws, light_direction_to(i, p_ws));
+    if (cos_t <= 0.0)
+        return 0.0;
+    float sin_t = sqrt(max(1.0 - cos_t * cos_t, 0.0));
+    vec3 uvz = shadow_project(place, p_ws + n_ws * (place.texel_ws * (0.3 + 2.1 * sin_t)));
+    bool directional = kd_lights.light[i].direction_ws.w == LIGHT_DIRECTIONAL;
+    float h = 0.5 / float(kd_lights.count.z);
+    return 0.25 * (shadow_tap(directional, vec4(uvz.xy + vec2(-h, -h), place.layer, uvz.z)) +
+                   shadow_tap(directional, vec4(uvz.xy + vec2(h, -h), place.layer, uvz.z)) +
+                   shadow_tap(directional, vec4(uvz.xy + vec2(-h, h), place.layer, uvz.z)) +
+                   shadow_tap(directional, vec4(uvz.xy + vec2(h, h), place.layer, uvz.z)));
+}
+
+/* The same for a voxel: one bilinear tap, the point lifted by offset_m along the normal (its own half diagonal, say) and
+ * by a texel towards the light. */
+float light_shadow_voxel(uint i, vec3 p_ws, vec3 n_ws, float offset_m)
+{
+    vec3 p = p_ws + n_ws * offset_m;
+    shadow_place place = shadow_find_place(i, p);
+    if (place.matrix < 0)
+        return 1.0;
+    vec3 uvz = shadow_project(place, p + light_direction_to(i, p) * place.texel_ws);
+    bool directional = kd_lights.light[i].direction_ws.w == LIGHT_DIRECTIONAL;
+    return shadow_tap(directional, vec4(uvz.xy, place.layer, uvz.z));
+}
+
+#endif
