@@ -36,7 +36,7 @@ typedef struct kd_store_deformed {
 } kd_store_deformed;
 
 typedef struct kd_store_material {
-    kd_material_desc desc;
+    kd_material_desc desc;               /* its images are numbers in the store */
     kd_gpu_texture maps[5];              /* in order of KD_MAP_*; id 0: none */
 } kd_store_material;
 
@@ -62,7 +62,7 @@ typedef struct kd_scene_store {
     kd_store_model *models;
     kd_store_mesh *meshes;
     kd_store_primitive *primitives;
-    kd_store_material *materials;
+    kd_store_material *materials;          /* 0: what primitives without one get */
     kd_store_skin *skins;
     kd_store_clip *clips;
     kd_store_deformed *deformed;
@@ -77,6 +77,7 @@ typedef struct kd_scene_store {
     uint32_t uploaded_primitives;          /* primitives below this number are on the GPU */
     uint32_t revision;                     /* raised whenever meshes or materials were added */
     void *internal;
+    void (*release)(struct kd_scene_store *store); /* frees the CPU side with the world; set by systems/scene */
 } kd_scene_store;
 KD_COMPONENT_DECLARE(kd_scene_store);
 
@@ -102,6 +103,7 @@ typedef struct kd_draw_list {
     kd_gpu_buffer args;          /* kd_draw_indexed[draw_count] in the order of draws */
     kd_vec3 bounds_min_ws, bounds_max_ws; /* of everything drawn */
     void *internal;
+    void (*release)(struct kd_draw_list *list); /* frees the CPU side with the world; set by system draw_list */
 } kd_draw_list;
 KD_COMPONENT_DECLARE(kd_draw_list);
 

@@ -59,18 +59,18 @@ typedef struct kd_component_desc {
 
 #define KD_COMPONENT_DECLARE(type) extern const kd_component_desc type##_desc
 
-#define KD_FIELD(type, member, kind, unit_, doc_)                                                            \
-    {.name = #member, .type = (kind), .offset = (uint32_t)offsetof(type, member),                            \
-     .size = (uint32_t)sizeof(((type *)0)->member), .unit = (unit_), .doc = (doc_)}
-#define KD_FIELD_RANGE(type, member, kind, unit_, min_, max_, doc_)                                          \
-    {.name = #member, .type = (kind), .offset = (uint32_t)offsetof(type, member),                            \
-     .size = (uint32_t)sizeof(((type *)0)->member), .unit = (unit_), .min = (min_), .max = (max_), .doc = (doc_)}
-#define KD_FIELD_ENUM(type, member, names, doc_)                                                             \
-    {.name = #member, .type = KD_ENUM, .offset = (uint32_t)offsetof(type, member),                           \
-     .size = (uint32_t)sizeof(((type *)0)->member), .enum_names = (names), .doc = (doc_)}
-#define KD_FIELD_ARRAY(type, member, kind, count_, unit_, doc_)                                              \
-    {.name = #member, .type = (kind), .offset = (uint32_t)offsetof(type, member),                            \
-     .size = (uint32_t)sizeof(((type *)0)->member), .count = (count_), .unit = (unit_), .doc = (doc_)}
+#define KD_FIELD(type_, member, kind, unit_, doc_)                                                           \
+    {.name = #member, .type = (kind), .offset = (uint32_t)offsetof(type_, member),                           \
+     .size = (uint32_t)sizeof(((type_ *)0)->member), .unit = (unit_), .doc = (doc_)}
+#define KD_FIELD_RANGE(type_, member, kind, unit_, min_, max_, doc_)                                         \
+    {.name = #member, .type = (kind), .offset = (uint32_t)offsetof(type_, member),                           \
+     .size = (uint32_t)sizeof(((type_ *)0)->member), .unit = (unit_), .min = (min_), .max = (max_), .doc = (doc_)}
+#define KD_FIELD_ENUM(type_, member, names, doc_)                                                            \
+    {.name = #member, .type = KD_ENUM, .offset = (uint32_t)offsetof(type_, member),                          \
+     .size = (uint32_t)sizeof(((type_ *)0)->member), .enum_names = (names), .doc = (doc_)}
+#define KD_FIELD_ARRAY(type_, member, kind, count_, unit_, doc_)                                             \
+    {.name = #member, .type = (kind), .offset = (uint32_t)offsetof(type_, member),                           \
+     .size = (uint32_t)sizeof(((type_ *)0)->member), .count = (count_), .unit = (unit_), .doc = (doc_)}
 
 #define KD_COMPONENT_DEFINE_DEFAULT(type, name_, default_, ...)                                              \
     static const kd_field type##_fields[] = {__VA_ARGS__};                                                   \
