@@ -1,0 +1,105 @@
+#ifndef KD_SCRIPT_SCRIPT_H
+#define KD_SCRIPT_SCRIPT_H
+
+/* Scenarios: Lua 5.4 in a sandbox over one world. The script layer knows the world and its reflection only; models,
+ * shapes, materials and clips are made by the host that the application hands in.
+ *
+ * A scenario can reach neither the system nor native code, reads no file but those that the host loads from below its
+ * folder or the asset roots, and every call into it has a limit of memory, instructions and time. */
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "runtime/core/math.h"
+#include "runtime/core/status.h"
+#include "runtime/ecs/world.h"
+
+typedef struct kd_script kd_script;
+
+/* ---- what a scenario asks of its host ---- */
+
+/* kandil.scene; zero or NULL stands for what was not said. */
+typedef struct kd_script_scene {
+    uint32_t width, height; /* pixels */
+    double fps, seconds;
+    const char *gi, *view;
+} kd_script_scene;
+
+typedef struct kd_script_mesh {
+    const char *shape; /* "box" …; NULL: no mesh */
+    kd_vec3 size;      /* m, each positive; default 1 1 1 */
+    uint32_t segments; /* 0: a good default */
+} kd_script_mesh;
+
+typedef struct kd_script_material {
+    bool given;
+    kd_vec4 base_color; /* linear, default white */
+    float metallic, roughness; /* default 0 and 1 */
+    kd_vec3 emissive;   /* radiance, linear */
+    bool double_sided, unlit;
+} kd_script_material;
+
+typedef struct kd_script_play {
+    const char *clip; /* NULL: the first */
+    bool loop;
+    float speed;   /* 1 is as recorded */
+    float blend_s; /* length of the cross-fade */
+} kd_script_play;
+
+/* The parts of kandil.spawn that are more than component values. */
+typedef struct kd_script_spawn {
+    const char *name;  /* NULL: none */
+    const char *model; /* a path that may be read, or NULL */
+    kd_script_mesh mesh;
+    kd_script_material material;
+    kd_entity parent;  /* KD_NO_ENTITY: a root */
+} kd_script_spawn;
+
+/* Why a host call failed: one line, without a file name of the scenario. */
+typedef struct kd_script_error {
+    char text[512];
+} kd_script_error;
+
+/* Every call may be NULL except spawn; the pointers it gets are borrowed. A failing call fills `error`. */
+typedef struct kd_script_host {
+    void *user;
+    kd_status (*scene)(void *user, const kd_script_scene *scene, kd_script_error *error);
+    kd_status (*set)(void *user, const char *assignment, kd_script_error *error); /* "voxels.span=0.05" */
+    /* Make an entity that has at least a transform, below the parent. */
+    kd_status (*spawn)(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error);
+    kd_status (*play)(void *user, kd_entity entity, const kd_script_play *play, kd_script_error *error);
+} kd_script_host;
+
+/* ---- running one ---- */
+
+typedef struct kd_script_desc {
+    const char *path;
+    const char *const *roots; /* [root_count] folders beside the scenario's own */
+    uint32_t root_count;
+    uint64_t seed;              /* of math.random */
+    size_t memory_limit;        /* bytes; 0 means 256 MiB */
+    uint64_t instruction_limit; /* a call; 0 means 50 million */
+    double time_limit_s;        /* a call, the host's own work left out; 0 means 5 */
+    kd_world *world;            /* kept; must outlive the script, its components registered */
+    kd_script_host host;        /* kept */
+} kd_script_desc;
+
+/** Load a scenario and run it once from top to bottom. Strings of `desc` are copied.
+ *
+ *  Errors     SCRIPT for what is wrong in it, NO_MEMORY, or what reading the file gave; one message
+ *             `FILE:LINE: what is wrong; what to do` is logged
+ *  Threading  the thread that owns the world; nothing else may touch the world meanwhile
+ */
+kd_status kd_script_load(const kd_script_desc *desc, kd_script **out);
+
+/** Run one simulation step: what kandil.at asked for and is due, in order of time, then kandil.update.
+ *  Errors as kd_script_load; after one the script must not be stepped again. */
+kd_status kd_script_step(kd_script *script, double time_s, double dt_s);
+
+/** Bytes that the scenario holds. */
+size_t kd_script_bytes(const kd_script *script);
+
+void kd_script_destroy(kd_script *script); /* NULL does nothing */
+
+#endif
