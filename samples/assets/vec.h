@@ -2,7 +2,7 @@
 #define SAMPLES_ASSETS_VEC_H
 
 /* Vectors and quaternions for the asset generator, in double precision. Only operations that IEEE 754 rounds
- * exactly are used (+ - * / sqrt floor), and the sine is a polynomial: the files are equal on every machine. */
+ * exactly are used (+ - * / sqrt floor), and the sine is a polynomial: files come out equal on any machine. */
 
 #include <math.h>
 
