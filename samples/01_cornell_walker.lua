@@ -70,7 +70,10 @@ kandil.spawn {
 kandil.spawn { -- below the bulb, so that the bulb does not shadow it; a light shines along its own -z
     name = "lamp",
     parent = hook,
-    light = { type = "spot", color = {1, 0.88, 0.68}, intensity = 20, range = 6, inner_cone_deg = 35, outer_cone_deg = 62 },
+    light = {
+        type = "spot", color = {1, 0.88, 0.68}, intensity = 20, range = 6,
+        inner_cone_deg = 35, outer_cone_deg = 62,
+    },
     transform = { position = {0, -0.42, 0}, rotation_deg = {-90, 0, 0} },
 }
 
