@@ -39,6 +39,7 @@ typedef struct kd_material_desc {
     kd_texture_ref normal_map;
     float normal_scale;
     kd_texture_ref occlusion_map;
+    float occlusion_strength;
     kd_vec3 emissive;          /* linear, times KHR_materials_emissive_strength */
     kd_texture_ref emissive_map; /* sRGB */
     kd_alpha_mode alpha_mode;
@@ -81,23 +82,24 @@ typedef struct kd_skin_desc {
 } kd_skin_desc;
 
 typedef enum kd_light_type { KD_LIGHT_DIRECTIONAL, KD_LIGHT_POINT, KD_LIGHT_SPOT } kd_light_type;
-typedef struct kd_light_desc {
+/* Not kd_light_desc: that is the reflection of component kd_light. */
+typedef struct kd_model_light {
     const char *name;
     kd_light_type type;
     kd_vec3 color;         /* linear */
     float intensity;       /* lx for directional, cd for point and spot */
     float range;           /* m; 0: no limit */
     float inner_cone, outer_cone; /* rad, half angles */
-} kd_light_desc;
+} kd_model_light;
 
-typedef struct kd_camera_desc {
+typedef struct kd_model_camera {
     const char *name;
     bool orthographic;
     float fov_y;           /* rad */
     float aspect;          /* 0: the window's */
     float x_mag, y_mag;    /* orthographic half extents, m */
     float z_near, z_far;   /* z_far 0: infinite */
-} kd_camera_desc;
+} kd_model_camera;
 
 typedef struct kd_node_desc {
     const char *name;      /* never NULL */
@@ -137,8 +139,8 @@ typedef struct kd_model {
     const kd_material_desc *materials;
     const kd_mesh_desc *meshes;
     const kd_skin_desc *skins;
-    const kd_light_desc *lights;
-    const kd_camera_desc *cameras;
+    const kd_model_light *lights;
+    const kd_model_camera *cameras;
     const kd_node_desc *nodes;  /* of the default scene (of all nodes when no scene is named), parents first */
     const kd_clip_desc *clips;
     uint32_t warning_count;
