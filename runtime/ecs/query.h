@@ -48,24 +48,29 @@ typedef struct kd_query_desc {
 
 typedef struct kd_query kd_query;
 
-/** Make a query or find the equal one made before (counted). Returns NULL when memory is out. */
+/** Make a query or find the equal one made before (counted). Returns NULL when memory is out. Threading: any. */
 kd_query *kd_query_make(kd_world *w, const kd_query_desc *desc);
-void kd_query_destroy(kd_query *q);
+void kd_query_destroy(kd_query *q); /* gives one count back; kd_world_destroy frees those that are left */
 uint32_t kd_query_count(kd_query *q); /* matching entities */
 
 typedef struct kd_iter {
     uint32_t count;            /* rows in this chunk */
     const kd_entity *entities; /* [count] */
+    const kd_entity *parents;  /* [count]; NULL for entities without parent (depth 0) */
     void *columns[KD_MAX_TERMS];
     kd_query *query;
-    uint64_t changed_since; /* 0: visit all; else only chunks in which a READ/WRITE term changed after this version */
+    uint64_t changed_since; /* 0: visit all; else only chunks in which an accessed term changed after this version */
     uint32_t next_table, next_row;
     void *internal[2];
 } kd_iter;
 
+/** Begin to iterate. An iterator owns nothing and may be abandoned at any row. */
 kd_iter kd_query_iter(kd_query *q);
+/** Show the next rows: a table's, or with changed_since a run of its changed chunks. Structural changes while iterating
+ *  assert; without assertions they are reported once and the iteration ends. */
 bool kd_iter_next(kd_iter *it);
-/** The world's change counter: keep it and pass it as changed_since to see what was written later. */
+/** Take the world's change counter: keep it and set it as an iterator's changed_since to see what is accessed for
+ *  writing, added or moved after this call (chunk by chunk). Threading: any. */
 uint64_t kd_world_version(const kd_world *w);
 
 /** Column of term `index` to read. */

@@ -29,7 +29,9 @@ kd_world *kd_world_make(void); /* NULL when memory is out */
 void kd_world_destroy(kd_world *w);
 
 /* ---- components of a world ---- */
-/** Find the id that `w` gave to the component, registering it first when it is new. `desc` must outlive the world. */
+/** Find the id that `w` gave to the component, registering it first when it is new. `desc` must outlive the world.
+ *  Two descriptions of one name are one component. Returns 0 when memory is out, 512 are there, or sizes disagree.
+ *  Threading: any. */
 kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc);
 /** Find by the name that scripts write. Returns 0 when there is none. */
 kd_component_id kd_component_find(const kd_world *w, const char *name);
@@ -55,6 +57,8 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
 /** Destroy an entity and its children. A dead handle does nothing. */
 void kd_destroy(kd_world *w, kd_entity e);
 bool kd_alive(const kd_world *w, kd_entity e);
+/** The lasting handle of a living entity (see kd_commands_spawn), else KD_NO_ENTITY. */
+kd_entity kd_entity_resolve(const kd_world *w, kd_entity e);
 uint32_t kd_entity_count(const kd_world *w);
 
 /* ---- values ---- */
@@ -62,7 +66,8 @@ uint32_t kd_entity_count(const kd_world *w);
 const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id);
 /** Get a value to write: marks its chunk as changed. */
 void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id);
-/** Set a value, adding the component when missing. */
+/** Set a value, adding the component when missing. A value that is replaced is released first (on_remove); to change a
+ *  part of a component that owns something use kd_find_mut. Errors KD_NOT_FOUND for a dead entity, KD_NO_MEMORY. */
 kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value);
 void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
 #define kd_find(w, e, type) ((const type *)kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)))
@@ -74,12 +79,14 @@ void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
 
 /* ---- one of a kind: a value that belongs to the world (frame time, settings, stores) ---- */
 void *kd_singleton_ensure(kd_world *w, const kd_component_desc *desc); /* starts as the default */
+void *kd_singleton_find(const kd_world *w, kd_component_id id); /* NULL when nobody asked for it yet */
 #define kd_singleton(w, type) ((type *)kd_singleton_ensure((w), &type##_desc))
 
 /* ---- names ---- */
 kd_status kd_set_name(kd_world *w, kd_entity e, const char *name); /* copied; need not be unique; NULL or "" removes */
 const char *kd_get_name(const kd_world *w, kd_entity e);           /* "" when it has none */
-kd_entity kd_find_named(const kd_world *w, const char *name);      /* first made among equals */
+kd_entity kd_find_named(const kd_world *w, const char *name);      /* named first among equals */
+kd_entity kd_next_named(const kd_world *w, kd_entity e);           /* the next one of the same name */
 
 /* ---- hierarchy: ordered children; depth 0 is a root ---- */
 kd_status kd_set_parent(kd_world *w, kd_entity child, kd_entity parent); /* KD_NO_ENTITY orphans; OUT_OF_RANGE for a cycle */
@@ -90,21 +97,29 @@ kd_entity kd_next_sibling(const kd_world *w, kd_entity e);
 
 /* ---- commands: structural changes recorded now, applied at the next merge ---- */
 /* While a query is being iterated, or from jobs, structure is changed through commands only. Each worker has its own
- * buffer; a merge applies them ordered by (sort key, order of recording). */
+ * buffer; a merge applies them ordered by (sort key, order of recording, worker). Jobs that may run side by side set sort
+ * keys of their own: then the result is the same whichever worker ran them. Nothing recorded is seen before the merge;
+ * commands on entities that are dead by then do nothing. */
 typedef struct kd_commands kd_commands;
 /** Get the buffer of one worker (0 … KD_MAX_WORKERS-1). */
 kd_commands *kd_world_commands(kd_world *w, uint32_t worker);
 void kd_commands_key(kd_commands *c, uint64_t sort_key); /* of what is recorded next; default 0 */
-kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t count); /* handle usable after the merge */
+/** Record a new entity. The handle may be used in commands and in KD_ENTITY fields of recorded values at once, and for
+ *  everything else after the merge, until the next merge that spawns; kd_entity_resolve gives the one to keep. */
+kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t count);
 void kd_commands_destroy(kd_commands *c, kd_entity e);
 void kd_commands_set(kd_commands *c, kd_entity e, kd_value value);
 void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *desc);
+void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent);
+void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name);
+bool kd_world_has_commands(const kd_world *w);
 /** Apply everything recorded. Called between phases by the scheduler. Threading: the caller owns the world. */
 kd_status kd_world_merge(kd_world *w);
 
 /* ---- statistics ---- */
 uint64_t kd_world_checksum(const kd_world *w); /* of all entities and plain-data components */
 size_t kd_world_bytes(const kd_world *w);      /* heap held */
+void kd_world_limit_bytes(kd_world *w, size_t bytes); /* calls that would pass it fail with KD_NO_MEMORY; 0: no limit */
 
 #define KD_MAX_WORKERS 64
 

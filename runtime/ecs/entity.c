@@ -1,0 +1,316 @@
+/* Entities: handles, spawn, destroy, and the values they carry. A spawn finds its table through archetype edges and
+ * writes every value once; adding or removing a component moves the row to the neighbouring archetype's table. */
+
+#include <assert.h>
+
+#include "runtime/ecs/internal.h"
+
+/* ---- finding ---- */
+static inline bool locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row)
+{
+    if (e.index < w->entity_limit) {
+        ecs_record r = w->records[e.index];
+        if (!(r.table & ECS_DEAD)) {
+            *t = w->tables[r.table];
+            *row = r.row;
+            if (ecs_entities(*t)[r.row].generation == e.generation)
+                return true;
+        }
+    }
+    if (e.generation & ECS_PENDING) {
+        kd_entity known = ecs_commands_resolve(w, e);
+        return known.generation && locate(w, known, t, row);
+    }
+    return false;
+}
+
+bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row) { return locate(w, e, t, row); }
+
+bool kd_alive(const kd_world *w, kd_entity e)
+{
+    ecs_table *t;
+    uint32_t row;
+    return locate(w, e, &t, &row);
+}
+
+kd_entity kd_entity_resolve(const kd_world *w, kd_entity e)
+{
+    ecs_table *t;
+    uint32_t row;
+    return locate(w, e, &t, &row) ? ecs_entities(t)[row] : KD_NO_ENTITY;
+}
+
+uint32_t kd_entity_count(const kd_world *w) { return w->alive_count; }
+
+static inline void *value_at(const kd_world *w, const ecs_table *t, uint32_t column, uint32_t row)
+{
+    if (column == ECS_TAG_COLUMN)
+        return (void *)(uintptr_t)w->tag_value;
+    return t->columns[column].data + (size_t)row * t->columns[column].size;
+}
+
+const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id)
+{
+    ecs_table *t;
+    uint32_t row;
+    if (!locate(w, e, &t, &row))
+        return NULL;
+    uint32_t column = ecs_column_of(t, id);
+    return column ? value_at(w, t, column, row) : NULL;
+}
+
+void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
+{
+    ecs_table *t;
+    uint32_t row;
+    if (!locate(w, e, &t, &row))
+        return NULL;
+    uint32_t column = ecs_column_of(t, id);
+    if (!column)
+        return NULL;
+    if (column != ECS_TAG_COLUMN)
+        ecs_column_stamp(w, &t->columns[column], row, 1);
+    return value_at(w, t, column, row);
+}
+
+/* ---- handles ---- */
+static bool handles_reserve(kd_world *w, uint32_t n)
+{
+    if (n <= w->free_count)
+        return true;
+    uint64_t need = (uint64_t)w->entity_limit + (n - w->free_count);
+    return need < ECS_DEAD &&
+           ecs_reserve(w, &w->records, &w->record_capacity, w->entity_limit, (uint32_t)need, sizeof *w->records);
+}
+
+/* The index freed last comes first; room was reserved. */
+static kd_entity handle_take(kd_world *w)
+{
+    w->alive_count++;
+    if (w->free_first == ECS_NONE)
+        return (kd_entity){w->entity_limit++, 1};
+    kd_entity e = {w->free_first, w->records[w->free_first].row};
+    uint32_t next = w->records[e.index].table & ~ECS_DEAD;
+    w->free_first = next == (ECS_NONE & ~ECS_DEAD) ? ECS_NONE : next;
+    w->free_count--;
+    return e;
+}
+
+static void handle_give(kd_world *w, kd_entity e)
+{
+    uint32_t generation = (e.generation + 1) & ~ECS_PENDING;
+    w->records[e.index] = (ecs_record){ECS_DEAD | w->free_first, generation ? generation : 1};
+    w->free_first = e.index;
+    w->free_count++;
+    w->alive_count--;
+}
+
+/* ---- spawn ---- */
+/* Make room, and let values that lie in this table's own columns follow them to their new place. */
+static bool reserve_rows(kd_world *w, ecs_table *t, uint32_t rows, const void **values, uint32_t count)
+{
+    uint32_t columns[ECS_MAX_COMPONENTS];
+    size_t offsets[ECS_MAX_COMPONENTS];
+    if (rows <= t->capacity)
+        return true;
+    for (uint32_t i = 0; i < count; i++) {
+        columns[i] = ECS_NONE;
+        for (uint32_t c = 0; values[i] && c < t->column_count; c++) {
+            uintptr_t base = (uintptr_t)t->columns[c].data, at = (uintptr_t)values[i];
+            if (base && at >= base && at - base < (size_t)t->count * t->columns[c].size) {
+                columns[i] = c;
+                offsets[i] = at - base;
+            }
+        }
+    }
+    bool done = ecs_table_reserve(w, t, rows);
+    for (uint32_t i = 0; i < count; i++)
+        if (columns[i] != ECS_NONE)
+            values[i] = t->columns[columns[i]].data + offsets[i];
+    return done;
+}
+
+static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t count, uint32_t depth)
+{
+    ecs_archetype *a = w->archetypes[0];
+    for (uint32_t i = 0; i < count && a; i++)
+        if (ids[i] >= a->column_limit || !a->column_of[ids[i]])
+            a = ecs_archetype_toggle(w, a, ids[i]);
+    return a ? ecs_table_ensure(w, a, depth) : NULL;
+}
+
+kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count, kd_entity parent)
+{
+    uint32_t depth = parent.generation ? kd_get_depth(w, parent) + 1 : 0;
+    ecs_table *t = table_of_ids(w, ids, count, depth);
+    if (!t || t->count == UINT32_MAX || !handles_reserve(w, 1) || !reserve_rows(w, t, t->count + 1, values, count))
+        return KD_NO_ENTITY;
+    kd_entity e = handle_take(w);
+    uint32_t row = ecs_table_append(w, t, e, NULL, 0);
+    w->records[e.index] = (ecs_record){t->index, row};
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t column = t->column_of[ids[i]];
+        if (column != ECS_TAG_COLUMN)
+            ecs_write_value(w, ids[i], t->columns[column].data + (size_t)row * t->columns[column].size, values[i]);
+    }
+    return e;
+}
+
+kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count)
+{
+    kd_component_id ids[ECS_MAX_COMPONENTS];
+    const void *from[ECS_MAX_COMPONENTS];
+    assert(count <= ECS_MAX_COMPONENTS);
+    ecs_structure_changed(w, "kd_spawn");
+    for (uint32_t i = 0; i < count; i++) {
+        ids[i] = kd_component_ensure(w, values[i].desc);
+        from[i] = values[i].value;
+        if (!ids[i])
+            return KD_NO_ENTITY;
+    }
+    return ecs_spawn_ids(w, ids, from, count, KD_NO_ENTITY);
+}
+
+static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uint32_t row, uint32_t n, const void *values)
+{
+    uint8_t *to = column->data + (size_t)row * column->size;
+    if (values)
+        memmove(to, values, (size_t)n * column->size);
+    else
+        for (uint32_t i = 0; i < n; i++)
+            ecs_write_value(w, id, to + (size_t)i * column->size, NULL);
+}
+
+kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs, const void *const *columns,
+                     uint32_t component_count, kd_entity *out)
+{
+    kd_component_id ids[ECS_MAX_COMPONENTS];
+    const void *from[ECS_MAX_COMPONENTS];
+    assert(component_count <= ECS_MAX_COMPONENTS);
+    ecs_structure_changed(w, "kd_spawn_n");
+    for (uint32_t i = 0; i < component_count; i++) {
+        ids[i] = kd_component_ensure(w, descs[i]);
+        from[i] = columns ? columns[i] : NULL;
+        if (!ids[i])
+            return KD_NO_MEMORY;
+    }
+    ecs_table *t = table_of_ids(w, ids, component_count, 0);
+    if (!t || n > UINT32_MAX - t->count || !handles_reserve(w, n) ||
+        !reserve_rows(w, t, t->count + n, from, component_count))
+        return KD_NO_MEMORY;
+    if (!n)
+        return KD_OK;
+    uint32_t first = t->count;
+    t->count += n;
+    kd_entity *entities = ecs_entities(t);
+    for (uint32_t row = first; row < first + n; row++) {
+        entities[row] = handle_take(w);
+        w->records[entities[row].index] = (ecs_record){t->index, row};
+    }
+    ecs_table_stamp(w, t, first, n);
+    for (uint32_t i = 0; i < component_count; i++)
+        if (t->column_of[ids[i]] != ECS_TAG_COLUMN)
+            fill_column(w, ids[i], &t->columns[t->column_of[ids[i]]], first, n, from[i]);
+    if (out)
+        memcpy(out, entities + first, n * sizeof *out);
+    return KD_OK;
+}
+
+/* ---- destroy ---- */
+static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row)
+{
+    if (t->depth)
+        ecs_hierarchy_unlink(w, e.index, ecs_parents(t)[row].index);
+    ecs_name_drop(w, e.index);
+    ecs_table_release_rows(w, t, row, 1);
+    ecs_table_remove(w, t, row);
+    handle_give(w, e);
+}
+
+/* Leaves first, and without a stack: descend to the first child until there is none, destroy, go back up. */
+void kd_destroy(kd_world *w, kd_entity e)
+{
+    ecs_table *t;
+    uint32_t row;
+    if (!locate(w, e, &t, &row))
+        return;
+    ecs_structure_changed(w, "kd_destroy");
+    uint32_t root = ecs_entities(t)[row].index, at = root;
+    for (;;) {
+        uint32_t child = ecs_first_child(w, at);
+        if (child != ECS_NONE) {
+            at = child;
+            continue;
+        }
+        ecs_record r = w->records[at];
+        t = w->tables[r.table];
+        uint32_t parent = t->depth ? ecs_parents(t)[r.row].index : ECS_NONE;
+        destroy_one(w, ecs_entities(t)[r.row], t, r.row);
+        if (at == root)
+            return;
+        at = parent;
+    }
+}
+
+/* ---- values ---- */
+static uint32_t move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to)
+{
+    kd_entity e = ecs_entities(t)[row];
+    uint32_t to_row = ecs_table_append(w, to, e, t, row);
+    w->records[e.index] = (ecs_record){to->index, to_row};
+    return to_row;
+}
+
+kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value)
+{
+    ecs_table *t;
+    uint32_t row;
+    if (!id)
+        return KD_NO_MEMORY;
+    if (!locate(w, e, &t, &row))
+        return KD_NOT_FOUND;
+    uint32_t column = ecs_column_of(t, id);
+    if (column) {
+        void *to = value_at(w, t, column, row);
+        if (column == ECS_TAG_COLUMN || to == value)
+            return KD_OK;
+        ecs_release_value(w, id, to);
+        ecs_write_value(w, id, to, value);
+        ecs_column_stamp(w, &t->columns[column], row, 1);
+        return KD_OK;
+    }
+    ecs_structure_changed(w, "kd_set");
+    ecs_archetype *a = ecs_archetype_toggle(w, t->archetype, id);
+    ecs_table *to = a ? ecs_table_ensure(w, a, t->depth) : NULL;
+    if (!to || !reserve_rows(w, to, to->count + 1, &value, 1))
+        return KD_NO_MEMORY;
+    uint32_t to_row = move_row(w, t, row, to);
+    column = to->column_of[id];
+    if (column != ECS_TAG_COLUMN)
+        ecs_write_value(w, id, value_at(w, to, column, to_row), value); /* before the old row goes: value may lie there */
+    ecs_table_remove(w, t, row);
+    return KD_OK;
+}
+
+kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value)
+{
+    return ecs_set_id(w, e, kd_component_ensure(w, value.desc), value.value);
+}
+
+void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
+{
+    ecs_table *t;
+    uint32_t row;
+    if (!locate(w, e, &t, &row) || !ecs_column_of(t, id))
+        return;
+    ecs_structure_changed(w, "kd_remove");
+    ecs_archetype *a = ecs_archetype_toggle(w, t->archetype, id);
+    ecs_table *to = a ? ecs_table_ensure(w, a, t->depth) : NULL;
+    if (!to || !ecs_table_reserve(w, to, to->count + 1)) {
+        kd_fail(KD_NO_MEMORY, "component %s: cannot be removed, memory is out", w->components[id].desc->name);
+        return;
+    }
+    ecs_release_value(w, id, value_at(w, t, ecs_column_of(t, id), row));
+    move_row(w, t, row, to);
+    ecs_table_remove(w, t, row);
+}

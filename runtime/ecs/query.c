@@ -1,0 +1,319 @@
+/* Queries keep a flat list of the tables they match. A table is appended when it is made, so walking a query never
+ * searches; equal queries share one list and are counted. With by_depth the list is kept sorted by the tables' depth.
+ *
+ * An iterator remembers the world's structure number. Whatever changes structure raises it, so an iterator that goes on
+ * afterwards is caught, and one that was abandoned by a break leaves nothing behind. */
+
+#include <assert.h>
+
+#include "runtime/ecs/internal.h"
+
+/* ---- matching ---- */
+static bool accessed(uint8_t kind)
+{
+    return kind == KD_TERM_READ || kind == KD_TERM_WRITE || kind == KD_TERM_OPTIONAL || kind == KD_TERM_OPTIONAL_WRITE ||
+           kind == KD_TERM_ANY;
+}
+
+static bool writable(uint8_t kind) { return kind == KD_TERM_WRITE || kind == KD_TERM_OPTIONAL_WRITE; }
+
+static bool table_matches(const kd_query *q, const ecs_table *t)
+{
+    bool any = !q->has_any;
+    for (uint32_t i = 0; i < q->term_count; i++) {
+        bool here = ecs_column_of(t, q->ids[i]) != 0;
+        switch (q->kinds[i]) {
+        case KD_TERM_READ:
+        case KD_TERM_WRITE:
+        case KD_TERM_WITH:
+            if (!here)
+                return false;
+            break;
+        case KD_TERM_WITHOUT:
+            if (here)
+                return false;
+            break;
+        case KD_TERM_ANY:
+            any |= here;
+            break;
+        default:
+            break;
+        }
+    }
+    return any;
+}
+
+static void insert_match(kd_query *q, ecs_table *t)
+{
+    uint32_t at = q->match_count++;
+    while (q->by_depth && at && q->matches[at - 1].table->depth > t->depth) {
+        q->matches[at] = q->matches[at - 1];
+        at--;
+    }
+    ecs_match *m = &q->matches[at];
+    m->table = t;
+    for (uint32_t i = 0; i < q->term_count; i++)
+        m->columns[i] = accessed(q->kinds[i]) ? (uint16_t)ecs_column_of(t, q->ids[i]) : 0;
+}
+
+static bool reserve_match(kd_world *w, kd_query *q)
+{
+    return ecs_reserve(w, &q->matches, &q->match_capacity, q->match_count, q->match_count + 1, sizeof *q->matches);
+}
+
+bool ecs_queries_add_table(kd_world *w, ecs_table *t)
+{
+    for (kd_query *q = w->queries; q; q = q->next)
+        if (!reserve_match(w, q))
+            return false;
+    for (kd_query *q = w->queries; q; q = q->next)
+        if (table_matches(q, t))
+            insert_match(q, t);
+    return true;
+}
+
+/* ---- making ---- */
+static void query_free(kd_world *w, kd_query *q)
+{
+    ecs_free(w, q->name);
+    ecs_free(w, q->matches);
+    ecs_free(w, q);
+}
+
+static bool fill_terms(kd_world *w, kd_query *q, const kd_query_desc *desc)
+{
+    q->by_depth = desc->by_depth;
+    for (uint32_t i = 0; i < KD_MAX_TERMS && desc->terms[i].kind != KD_TERM_END; i++) {
+        q->ids[i] = kd_component_ensure(w, desc->terms[i].desc);
+        q->kinds[i] = (uint8_t)desc->terms[i].kind;
+        q->has_any |= desc->terms[i].kind == KD_TERM_ANY;
+        q->term_count = i + 1;
+        if (!q->ids[i])
+            return false;
+    }
+    return true;
+}
+
+static bool queries_equal(const kd_query *a, const kd_query *b)
+{
+    return a->term_count == b->term_count && a->by_depth == b->by_depth &&
+           memcmp(a->kinds, b->kinds, a->term_count) == 0 &&
+           memcmp(a->ids, b->ids, a->term_count * sizeof a->ids[0]) == 0;
+}
+
+/* The lock is held. */
+static kd_query *query_add(kd_world *w, const kd_query *like, const char *name)
+{
+    kd_query *q = ecs_grow(w, NULL, 0, sizeof *q);
+    if (!q)
+        return NULL;
+    *q = *like;
+    size_t length = name ? strlen(name) + 1 : 0;
+    q->name = length ? ecs_grow(w, NULL, 0, length) : NULL;
+    if (length && q->name)
+        memcpy(q->name, name, length);
+    bool done = !length || q->name;
+    for (uint32_t i = 0; i < w->table_count && done; i++) {
+        done = reserve_match(w, q);
+        if (done && table_matches(q, w->tables[i]))
+            insert_match(q, w->tables[i]);
+    }
+    if (!done) {
+        query_free(w, q);
+        return NULL;
+    }
+    q->next = w->queries;
+    w->queries = q;
+    return q;
+}
+
+kd_query *kd_query_make(kd_world *w, const kd_query_desc *desc)
+{
+    kd_query like = {.world = w};
+    if (!fill_terms(w, &like, desc))
+        return NULL;
+    pthread_mutex_lock(&w->lock);
+    kd_query *q = w->queries;
+    while (q && !queries_equal(q, &like))
+        q = q->next;
+    if (!q)
+        q = query_add(w, &like, desc->name);
+    if (q)
+        q->references++;
+    pthread_mutex_unlock(&w->lock);
+    return q;
+}
+
+void kd_query_destroy(kd_query *q)
+{
+    if (!q)
+        return;
+    kd_world *w = q->world;
+    pthread_mutex_lock(&w->lock);
+    if (--q->references == 0) {
+        kd_query **link = &w->queries;
+        while (*link != q)
+            link = &(*link)->next;
+        *link = q->next;
+        query_free(w, q);
+    }
+    pthread_mutex_unlock(&w->lock);
+}
+
+void ecs_queries_fini(kd_world *w)
+{
+    while (w->queries) {
+        kd_query *q = w->queries;
+        w->queries = q->next;
+        query_free(w, q);
+    }
+}
+
+uint32_t kd_query_count(kd_query *q)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < q->match_count; i++)
+        count += q->matches[i].table->count;
+    return count;
+}
+
+uint64_t kd_world_version(const kd_world *w)
+{
+    return atomic_fetch_add_explicit(&((kd_world *)(uintptr_t)w)->version, 1, memory_order_relaxed);
+}
+
+/* ---- iterating ---- */
+kd_iter kd_query_iter(kd_query *q)
+{
+    return (kd_iter){.query = q, .internal = {NULL, (void *)(uintptr_t)q->world->structure}};
+}
+
+static bool still_valid(const kd_iter *it)
+{
+    const kd_world *w = it->query->world;
+    if ((uintptr_t)w->structure == (uintptr_t)it->internal[1])
+        return true;
+    kd_log(KD_LOG_ERROR, "query %s: %s changed the world while it was iterated; record the change with kd_commands",
+           it->query->name ? it->query->name : "without a name", w->last_change);
+    assert(false && "structure changed while a query was iterated; record the change with kd_commands");
+    return false;
+}
+
+static void show_rows(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end)
+{
+    const kd_query *q = it->query;
+    const ecs_table *t = m->table;
+    it->count = end - begin;
+    it->next_row = end;
+    it->entities = ecs_entities(t) + begin;
+    it->parents = t->depth ? ecs_parents(t) + begin : NULL;
+    for (uint32_t i = 0; i < q->term_count; i++) {
+        uint32_t c = m->columns[i];
+        if (c == 0)
+            it->columns[i] = NULL;
+        else if (c == ECS_TAG_COLUMN)
+            it->columns[i] = q->world->tag_value;
+        else
+            it->columns[i] = t->columns[c].data + (size_t)begin * t->columns[c].size;
+    }
+    it->internal[0] = (void *)(uintptr_t)m;
+}
+
+/* Does a chunk hold a value written after `since`? A query that accesses nothing looks at the rows' arrival. */
+static bool chunk_changed(const kd_query *q, const ecs_match *m, uint32_t chunk, uint64_t since)
+{
+    bool none = true;
+    for (uint32_t i = 0; i < q->term_count; i++) {
+        uint32_t c = m->columns[i];
+        if (c == 0 || c == ECS_TAG_COLUMN)
+            continue;
+        none = false;
+        if (atomic_load_explicit(&m->table->columns[c].chunks[chunk], memory_order_relaxed) > since)
+            return true;
+    }
+    return none && atomic_load_explicit(&m->table->columns[0].chunks[chunk], memory_order_relaxed) > since;
+}
+
+static bool table_changed(const kd_query *q, const ecs_match *m, uint64_t since)
+{
+    bool none = true;
+    for (uint32_t i = 0; i < q->term_count; i++) {
+        uint32_t c = m->columns[i];
+        if (c == 0 || c == ECS_TAG_COLUMN)
+            continue;
+        none = false;
+        if (atomic_load_explicit(&m->table->columns[c].latest, memory_order_relaxed) > since)
+            return true;
+    }
+    return none && atomic_load_explicit(&m->table->columns[0].latest, memory_order_relaxed) > since;
+}
+
+/* Show the next run of changed chunks of the table, from row next_row on. */
+static bool next_changed_run(kd_iter *it, const ecs_match *m)
+{
+    const kd_query *q = it->query;
+    uint32_t count = m->table->count, chunks = (count + ECS_CHUNK_ROWS - 1) / ECS_CHUNK_ROWS;
+    if (!table_changed(q, m, it->changed_since))
+        return false;
+    uint32_t first = it->next_row / ECS_CHUNK_ROWS;
+    while (first < chunks && !chunk_changed(q, m, first, it->changed_since))
+        first++;
+    if (first == chunks)
+        return false;
+    uint32_t end = first + 1;
+    while (end < chunks && chunk_changed(q, m, end, it->changed_since))
+        end++;
+    show_rows(it, m, first * ECS_CHUNK_ROWS, end == chunks ? count : end * ECS_CHUNK_ROWS);
+    return true;
+}
+
+bool kd_iter_next(kd_iter *it)
+{
+    const kd_query *q = it->query;
+    if (!still_valid(it))
+        return false;
+    for (; it->next_table < q->match_count; it->next_table++, it->next_row = 0) {
+        const ecs_match *m = &q->matches[it->next_table];
+        uint32_t count = m->table->count;
+        if (it->next_row >= count)
+            continue;
+        if (it->changed_since) {
+            if (!next_changed_run(it, m))
+                continue;
+            return true;
+        }
+        show_rows(it, m, 0, count);
+        return true;
+    }
+    it->count = 0;
+    return false;
+}
+
+const void *kd_iter_column(const kd_iter *it, uint32_t index, size_t size)
+{
+    assert(index < it->query->term_count && "no such term");
+    assert(accessed(it->query->kinds[index]) && "the term is WITH or WITHOUT: it has no column");
+    assert((!it->columns[index] || it->query->world->components[it->query->ids[index]].size == size) &&
+           "the term is of another type");
+    (void)size;
+    return it->columns[index];
+}
+
+void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)
+{
+    const kd_query *q = it->query;
+    assert(index < q->term_count && "no such term");
+    if (!writable(q->kinds[index])) {
+        kd_log(KD_LOG_ERROR, "query %s: component %s is written but declared as read; declare it with KD_WRITE",
+               q->name ? q->name : "without a name", q->world->components[q->ids[index]].desc->name);
+        assert(false && "a column declared as read was asked for to write");
+        return NULL;
+    }
+    assert((!it->columns[index] || q->world->components[q->ids[index]].size == size) && "the term is of another type");
+    (void)size;
+    const ecs_match *m = it->internal[0];
+    uint32_t c = m->columns[index];
+    if (c && c != ECS_TAG_COLUMN)
+        ecs_column_stamp(q->world, &m->table->columns[c], it->next_row - it->count, it->count);
+    return it->columns[index];
+}
