@@ -54,6 +54,14 @@ typedef struct kd_gpu_info {
 } kd_gpu_info;
 const kd_gpu_info *kd_gpu_get_info(const kd_gpu *gpu);
 size_t kd_gpu_bytes(const kd_gpu *gpu); /* buffers and textures alive */
+/** What the objects of one name hold. */
+typedef struct kd_gpu_memory_row {
+    const char *name; /* valid until an object is made or destroyed */
+    size_t bytes;
+    uint32_t count;
+} kd_gpu_memory_row;
+/** List memory by name, largest first. Returns rows written. */
+uint32_t kd_gpu_memory(const kd_gpu *gpu, kd_gpu_memory_row *rows, uint32_t capacity);
 bool kd_gpu_failed(const kd_gpu *gpu);  /* something has failed since the context was opened (and was logged) */
 
 /* ---- buffers ---- */
@@ -122,12 +130,14 @@ void kd_gpu_destroy_program(kd_gpu *gpu, kd_gpu_program program);
 
 /* ---- render targets ---- */
 #define KD_MAX_COLOR_TARGETS 8
+#define KD_ALL_LAYERS UINT32_MAX /* a layer: all of them, a geometry shader picks by gl_Layer */
 typedef struct kd_gpu_target_desc {
     kd_gpu_texture color[KD_MAX_COLOR_TARGETS]; /* id 0 ends the list */
     kd_gpu_texture depth;                       /* id 0: none */
     uint32_t layer;                             /* of array or cube textures (face); applies to all */
     uint32_t level;
     const char *name;
+    uint32_t width, height;                     /* of a target without textures, which only rasterizes; else unused */
 } kd_gpu_target_desc;
 kd_gpu_target kd_gpu_make_target(kd_gpu *gpu, const kd_gpu_target_desc *desc);
 void kd_gpu_destroy_target(kd_gpu *gpu, kd_gpu_target target);
@@ -135,7 +145,8 @@ void kd_gpu_destroy_target(kd_gpu *gpu, kd_gpu_target target);
 /* ---- passes ---- */
 void kd_gpu_bind_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer buffer);
 void kd_gpu_bind_storage_range(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer buffer, size_t offset, size_t size);
-/** Copy `size` bytes into a ring and bind them as uniform block `binding` for the draws and dispatches that follow. */
+/** Copy `size` bytes into a ring and bind them as uniform block `binding` for the draws and dispatches that follow in
+ *  this frame. */
 void kd_gpu_bind_uniform(kd_gpu *gpu, uint32_t binding, const void *data, size_t size);
 void kd_gpu_bind_uniform_buffer(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer buffer, size_t offset, size_t size);
 void kd_gpu_bind_texture(kd_gpu *gpu, uint32_t unit, kd_gpu_texture texture);
@@ -149,7 +160,7 @@ typedef enum kd_cull { KD_CULL_BACK, KD_CULL_NONE, KD_CULL_FRONT } kd_cull;
 typedef enum kd_blend { KD_BLEND_NONE, KD_BLEND_ALPHA, KD_BLEND_ADD } kd_blend;
 typedef struct kd_gpu_raster {
     kd_gpu_target target;       /* id 0: the window */
-    uint32_t x, y, width, height;
+    uint32_t x, y, width, height; /* rectangle drawn to and cleared; width or height 0: the target's own */
     bool depth_test, depth_write, depth_equal; /* less-or-equal test; depth_equal: equal test */
     kd_cull cull;
     kd_blend blend;
@@ -158,7 +169,7 @@ typedef struct kd_gpu_raster {
     bool clear_color, clear_depth;
     float color[4];             /* clear colour of every colour target */
 } kd_gpu_raster;
-/** Bind a target and its state, clearing as asked. */
+/** Bind a target and its state, clearing the rectangle as asked. */
 void kd_gpu_begin_raster(kd_gpu *gpu, const kd_gpu_raster *raster);
 
 /* One vertex layout per call: attributes that come from buffers, and the index buffer. */

@@ -1,0 +1,129 @@
+/* What passes bind and dispatch. Bindings that GL already has are left out. */
+
+#include <assert.h>
+
+#include "runtime/gpu/internal.h"
+
+void kd_gpu_bind_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle) {
+    kd_gpu_bind_storage_range(gpu, binding, handle, 0, kd_gpu_buffer_size(gpu, handle));
+}
+
+void kd_gpu_bind_storage_range(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset, size_t size) {
+    gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "bind_storage");
+    gpu_storage_binding *cached = binding < GPU_MAX_STORAGE ? &gpu->storage[binding] : NULL;
+    if (!buffer || !gpu_range_fits(gpu, buffer, offset, size, "bind_storage"))
+        return;
+    if (binding >= (uint32_t)gpu->max_storage_bindings || !size || (int64_t)size > gpu->info.max_ssbo_bytes) {
+        gpu_complain(gpu, "bind_storage: %zu bytes of %s at binding %u (the driver has %d bindings of %lld bytes)", size,
+                     buffer->name, binding, gpu->max_storage_bindings, (long long)gpu->info.max_ssbo_bytes);
+        return;
+    }
+    if (cached && cached->id == handle.id && cached->offset == offset && cached->size == size)
+        return;
+    gpu->gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, binding, buffer->gl, (GLintptr)offset, (GLsizeiptr)size);
+    if (cached)
+        *cached = (gpu_storage_binding){handle.id, offset, size};
+}
+
+void kd_gpu_bind_uniform_buffer(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset, size_t size) {
+    gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "bind_uniform_buffer");
+    if (buffer && gpu_range_fits(gpu, buffer, offset, size, "bind_uniform_buffer"))
+        gpu->gl.BindBufferRange(GL_UNIFORM_BUFFER, binding, buffer->gl, (GLintptr)offset, (GLsizeiptr)size);
+}
+
+void kd_gpu_bind_texture(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle) {
+    gpu_texture *texture = gpu_get_texture(gpu, handle, "bind_texture");
+    if (!texture || (unit < GPU_MAX_TEXTURES && gpu->texture_units[unit] == handle.id))
+        return;
+    if (unit >= (uint32_t)gpu->max_texture_units) {
+        gpu_complain(gpu, "bind_texture: unit %u for %s (the driver has %d)", unit, texture->name,
+                     gpu->max_texture_units);
+        return;
+    }
+    gpu->gl.BindTextureUnit(unit, texture->gl);
+    if (unit < GPU_MAX_TEXTURES)
+        gpu->texture_units[unit] = handle.id;
+}
+
+void kd_gpu_bind_image(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle, uint32_t level, kd_image_access access,
+                       kd_texture_format format) {
+    static const GLenum modes[] = {GL_READ_ONLY, GL_WRITE_ONLY, GL_READ_WRITE};
+    gpu_texture *texture = gpu_get_texture(gpu, handle, "bind_image");
+    const gpu_format *row = gpu_get_format(format);
+    if (!texture)
+        return;
+    if (!row->is_image || row->texel_bytes != gpu_get_format(texture->format)->texel_bytes ||
+        level >= texture->levels || unit >= (uint32_t)gpu->max_image_units) {
+        gpu_complain(gpu, "bind_image: level %u of %s as %s at unit %u is not possible", level, texture->name,
+                     row->name, unit);
+        return;
+    }
+    GLboolean layered = texture->target == GL_TEXTURE_2D || texture->target == GL_TEXTURE_BUFFER ? GL_FALSE : GL_TRUE;
+    gpu->gl.BindImageTexture(unit, texture->gl, (GLint)level, layered, 0, modes[access], row->internal);
+}
+
+void kd_gpu_dispatch(kd_gpu *gpu, kd_gpu_program program, uint32_t x, uint32_t y, uint32_t z) {
+    if (!x || !y || !z || !gpu_use_program(gpu, program, true, "dispatch"))
+        return;
+    if (x > gpu->max_groups[0] || y > gpu->max_groups[1] || z > gpu->max_groups[2]) {
+        gpu_complain(gpu, "dispatch: %u x %u x %u groups are more than the driver takes", x, y, z);
+        return;
+    }
+    gpu->gl.DispatchCompute(x, y, z);
+}
+
+void kd_gpu_dispatch_indirect(kd_gpu *gpu, kd_gpu_program program, kd_gpu_buffer args, size_t offset) {
+    gpu_buffer *buffer = gpu_get_buffer(gpu, args, "dispatch_indirect");
+    assert(offset % 4 == 0);
+    if (!buffer || !gpu_range_fits(gpu, buffer, offset, 12, "dispatch_indirect") ||
+        !gpu_use_program(gpu, program, true, "dispatch_indirect"))
+        return;
+    gpu->gl.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, buffer->gl);
+    gpu->gl.DispatchComputeIndirect((GLintptr)offset);
+}
+
+void kd_gpu_barrier(kd_gpu *gpu, uint32_t barriers) {
+    static const struct {
+        uint32_t barrier;
+        GLbitfield bit;
+    } rows[] = {
+        {KD_BARRIER_STORAGE, GL_SHADER_STORAGE_BARRIER_BIT},
+        {KD_BARRIER_IMAGE, GL_SHADER_IMAGE_ACCESS_BARRIER_BIT},
+        {KD_BARRIER_TEXTURE, GL_TEXTURE_FETCH_BARRIER_BIT},
+        {KD_BARRIER_VERTEX, GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT},
+        {KD_BARRIER_INDEX, GL_ELEMENT_ARRAY_BARRIER_BIT},
+        {KD_BARRIER_INDIRECT, GL_COMMAND_BARRIER_BIT},
+        {KD_BARRIER_UNIFORM, GL_UNIFORM_BARRIER_BIT},
+        {KD_BARRIER_TARGET, GL_FRAMEBUFFER_BARRIER_BIT},
+        {KD_BARRIER_BUFFER_UPDATE, GL_BUFFER_UPDATE_BARRIER_BIT},
+        {KD_BARRIER_TEXTURE_UPDATE, GL_TEXTURE_UPDATE_BARRIER_BIT},
+    };
+    GLbitfield bits = 0;
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
+        if (barriers & rows[i].barrier)
+            bits |= rows[i].bit;
+    if (bits)
+        gpu->gl.MemoryBarrier(bits);
+}
+
+void kd_gpu_finish(kd_gpu *gpu) {
+    gpu->gl.Finish();
+}
+
+void kd_gpu_push_group(kd_gpu *gpu, const char *name) {
+    if (gpu->debug)
+        gpu->gl.PushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, -1, name);
+}
+
+void kd_gpu_pop_group(kd_gpu *gpu) {
+    if (gpu->debug)
+        gpu->gl.PopDebugGroup();
+}
+
+void kd_gpu_end_frame(kd_gpu *gpu) {
+    gpu_uniforms_end_frame(gpu);
+    gpu_timers_end_frame(gpu);
+    gpu->gl.Flush();
+    gpu_drain_errors(gpu);
+    gpu->frame++;
+}

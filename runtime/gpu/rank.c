@@ -1,0 +1,39 @@
+/* Three passes: sums of blocks of 32 words, one work group that scans the sums, ranks of the words. */
+#include "runtime/gpu/rank.h"
+
+#define BLOCK_WORDS 32u
+
+kd_status kd_gpu_rank_init(kd_gpu *gpu, kd_gpu_rank *rank)
+{
+    rank->sum = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/gpu/rank_sum.comp"});
+    rank->scan = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/gpu/rank_scan.comp"});
+    rank->write = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/gpu/rank_write.comp"});
+    return rank->sum.id && rank->scan.id && rank->write.id ? KD_OK : KD_GPU;
+}
+
+void kd_gpu_rank_fini(kd_gpu *gpu, kd_gpu_rank *rank)
+{
+    kd_gpu_destroy_program(gpu, rank->sum);
+    kd_gpu_destroy_program(gpu, rank->scan);
+    kd_gpu_destroy_program(gpu, rank->write);
+    kd_gpu_destroy_buffer(gpu, rank->sums);
+    *rank = (kd_gpu_rank){0};
+}
+
+void kd_gpu_rank_run(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, uint32_t first_mask, uint32_t words,
+                     kd_gpu_buffer ranks, uint32_t first_rank, kd_gpu_buffer counters, uint32_t counter)
+{
+    uint32_t blocks = (words + BLOCK_WORDS - 1) / BLOCK_WORDS, groups = (blocks + 63) / 64;
+    uint32_t pass[4] = {first_mask, words, first_rank, counter};
+    kd_gpu_ensure_buffer(gpu, &rank->sums, (size_t)blocks * 4, 0, "rank.sums");
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, mask);
+    kd_gpu_bind_storage(gpu, 1, rank->sums);
+    kd_gpu_bind_storage(gpu, 2, counters);
+    kd_gpu_bind_storage(gpu, 3, ranks);
+    kd_gpu_dispatch(gpu, rank->sum, groups, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_dispatch(gpu, rank->scan, 1, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_dispatch(gpu, rank->write, groups, 1, 1);
+}
