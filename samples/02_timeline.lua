@@ -7,5 +7,5 @@ local walker = kandil.spawn { model = "assets/walker.gltf", animation = { clip =
 kandil.spawn { light = { type = "point", intensity = 12 }, transform = { position = {0, 1.8, 0.6} } }
 kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {1.2, 0.9, 3}, look_at = {0, 0.6, 0} } }
 
-kandil.at(2, function() walker:play("jump") end)
-kandil.at(3, function() walker:play("walk") end)
+kandil.at(2, function() walker:play("jump", { blend = 0.1 }) end)
+kandil.at(3, function() walker:play("walk", { blend = 0.1 }) end)

@@ -7,10 +7,10 @@ kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 1, 3.5}
 local function glow(color)
     return kandil.spawn {
         mesh = { shape = "sphere", size = {0.3, 0.3, 0.3} },
-        material = { base_color = {0, 0, 0}, emissive = color, emissive_strength = 6 },
+        material = { base_color = {0, 0, 0}, emissive = color },
     }
 end
-local warm, cold = glow {1, 0.5, 0.15}, glow {0.2, 0.5, 1}
+local warm, cold = glow {6, 3, 0.9}, glow {1.2, 3, 6}
 
 function kandil.update(t)
     local a = math.pi * t / 2
