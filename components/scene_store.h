@@ -2,7 +2,7 @@
 #define KD_COMPONENTS_SCENE_STORE_H
 
 /* Singleton: what entities refer to by number. The CPU side is filled by kd_scene_instantiate (systems/scene); the GPU side
- * follows at the start of the next frame (system scene_upload). Entries are never moved or removed while the world lives. */
+ * follows in the next frame's phase animate (system scene_upload). Entries are never moved or removed while the world lives. */
 
 #include <stdbool.h>
 

@@ -1,0 +1,112 @@
+#ifndef KD_SYSTEMS_SCENE_INTERNAL_H
+#define KD_SYSTEMS_SCENE_INTERNAL_H
+
+/* What the files of systems/scene share: the store's private side and the draw list's working arrays. */
+
+#include "components/mesh_instance.h"
+#include "components/scene_store.h"
+#include "runtime/ecs/system.h"
+#include "shaders/shared/scene.h"
+
+/* A box; empty when min.x > max.x. */
+typedef struct scene_box {
+    kd_vec3 min, max;
+} scene_box;
+#define SCENE_BOX_EMPTY ((scene_box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
+void scene_box_add(scene_box *box, kd_vec3 point);
+void scene_box_join(scene_box *box, const scene_box *other);
+/** Bound the box after an affine map given as three rows (x y z translation). */
+scene_box scene_box_transform(const scene_box *box, const kd_vec4 rows[3]);
+void scene_matrix_rows(const kd_mat4 *m, kd_vec4 rows[3]);
+
+/* How far a primitive's vertices can go. Joint j moves only the vertices inside boxes[first_joint_box + j]; a skinned
+ * vertex is a convex mean of its joints' images, so the union of the moved boxes holds it. Target t adds at most its
+ * weight times boxes[first_morph_box + t], the box of its deltas. */
+typedef struct scene_reach {
+    uint32_t first_joint_box, joint_box_count;
+    uint32_t first_morph_box, morph_box_count;
+} scene_reach;
+
+typedef struct scene_texture {
+    uint32_t image;
+    kd_wrap_mode wrap_s, wrap_t;
+    bool srgb, nearest;
+    kd_gpu_texture texture;
+} scene_texture;
+
+typedef struct scene_internal {
+    uint32_t model_capacity, mesh_capacity, primitive_capacity, material_capacity, skin_capacity, clip_capacity;
+    uint32_t deformed_capacity, deformed_primitive_capacity, joint_capacity, node_capacity;
+    const kd_image **images; /* [image_count], numbered through the store */
+    uint32_t image_count, image_capacity;
+    scene_reach *reach; /* [primitive_count] */
+    uint32_t reach_capacity;
+    scene_box *boxes;
+    uint32_t box_count, box_capacity;
+    scene_texture *textures;
+    uint32_t texture_count, texture_capacity;
+    uint32_t uploaded_meshes, uploaded_materials, uploaded_deformed, uploaded_deformed_primitives;
+} scene_internal;
+
+/** Get the store with its private side made. Returns NULL when memory is out. */
+kd_scene_store *scene_store_get(kd_world *w);
+/** Make room for `needed` items of `size` bytes; contents are kept. */
+bool scene_reserve(void **items, uint32_t *capacity, uint64_t needed, size_t size);
+#define SCENE_RESERVE(items, capacity, needed) scene_reserve((void **)&(items), &(capacity), (needed), sizeof *(items))
+
+/** Tell whether the primitive moves within its mesh when the instance has a skin (or not). */
+static inline bool scene_primitive_deforms(const kd_store_primitive *p, bool with_skin)
+{
+    return p->first_morph_vertex != KD_NONE || (with_skin && p->first_skin_vertex != KD_NONE);
+}
+
+/** Compute the boxes of `desc` into the store. `morph_count` is that of the store's mesh. */
+kd_status scene_reach_add(scene_internal *in, const kd_primitive_desc *desc, uint32_t morph_count, scene_reach *out);
+
+/** Bound one primitive in world space. `rows`: palette of a skinned instance, or NULL; `weights` may be NULL. */
+scene_box scene_primitive_bounds(const scene_internal *in, const kd_scene_store *store, uint32_t primitive,
+                                 const kd_mat4 *world, const kd_vec4 (*rows)[3], uint32_t row_count,
+                                 const kd_morph_weights *weights);
+
+/* ---- packing: streams as shaders/shared/scene.h says ---- */
+void scene_pack_geometry(const kd_primitive_desc *desc, uint32_t *words);
+void scene_pack_attributes(const kd_primitive_desc *desc, uint32_t *words);
+void scene_pack_skin(const kd_primitive_desc *desc, uint32_t *words);
+/** Pack one morph target (zeros where the target has no deltas). */
+void scene_pack_morph(const kd_primitive_desc *desc, uint32_t target, uint32_t *words);
+
+/* ---- draw list ---- */
+typedef struct scene_item {
+    uint64_t order, entity_order; /* sorted by both */
+    kd_entity entity;
+    uint32_t primitive; /* store primitive */
+    uint32_t part;      /* number within the mesh */
+    const kd_mesh_instance *instance;
+    const kd_mat4 *world;
+    const kd_skin_instance *skin;    /* NULL when rigid */
+    const kd_morph_weights *weights; /* NULL when not morphing */
+    bool mirrored, deformed;
+} scene_item;
+
+typedef struct scene_draws {
+    kd_query *query;
+    scene_item *items, *sorted;
+    kd_draw *draws;
+    kd_draw_batch *batches;
+    struct kd_object *objects, *previous_objects;
+    kd_draw_indexed *args, *previous_args;
+    uint32_t capacity, previous_count;
+    uint32_t gpu_capacity;
+    bool changed; /* differs from what the GPU has */
+    bool out_of_memory;
+} scene_draws;
+/** Get the draw list with its private side made. Returns NULL when memory is out. */
+scene_draws *scene_draws_get(kd_draw_list *list);
+
+/* ---- systems ---- */
+kd_status scene_register_upload(kd_schedule *s);
+kd_status scene_register_draw_list(kd_schedule *s);
+kd_status scene_register_draw_upload(kd_schedule *s);
+kd_status scene_register_camera(kd_schedule *s);
+
+#endif
