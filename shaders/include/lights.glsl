@@ -15,6 +15,9 @@ const float LIGHT_POINT = 1.0;
 const float LIGHT_SPOT = 2.0;
 
 uint light_count() { return kd_lights.count.x; }
+/* Directional lights come first. */
+uint light_directional_count() { return uint(kd_lights.kinds.x); }
+bool light_is_directional(uint i) { return i < light_directional_count(); }
 
 float light_range_window(float d2, float range)
 {
@@ -72,7 +75,7 @@ float shadow_texel_per_metre(int matrix)
 {
     mat4 m = kd_lights.shadow_matrix[matrix];
     vec3 row = vec3(m[0][0], m[1][0], m[2][0]) - 0.5 * vec3(m[0][3], m[1][3], m[2][3]);
-    return inversesqrt(dot(row, row)) / float(kd_lights.count.z);
+    return inversesqrt(dot(row, row)) / float(kd_lights.count.w);
 }
 
 shadow_place shadow_place_perspective(int matrix, float layer, vec3 p_ws)
@@ -94,16 +97,21 @@ int shadow_cube_face(vec3 d)
     return d.z >= 0.0 ? 4 : 5;
 }
 
-shadow_place shadow_find_place(uint i, vec3 p_ws)
+shadow_place shadow_find_directional(uint i, vec3 p_ws)
+{
+    vec4 shadow = kd_lights.light[i].shadow;
+    int first = int(shadow.x);
+    return shadow_place_directional(first, first < 0 ? 0 : int(shadow.y), shadow.z, p_ws);
+}
+
+shadow_place shadow_find_local(uint i, vec3 p_ws)
 {
     vec4 shadow = kd_lights.light[i].shadow;
     int first = int(shadow.x);
     if (first < 0)
         return shadow_place(vec3(0.0), 0.0, 0.0, -1);
-    float type = kd_lights.light[i].direction_ws.w;
-    if (type == LIGHT_DIRECTIONAL)
-        return shadow_place_directional(first, int(shadow.y), shadow.z, p_ws);
-    int face = type == LIGHT_POINT ? shadow_cube_face(p_ws - kd_lights.light[i].position_ws.xyz) : 0;
+    bool point = kd_lights.light[i].direction_ws.w == LIGHT_POINT;
+    int face = point ? shadow_cube_face(p_ws - kd_lights.light[i].position_ws.xyz) : 0;
     return shadow_place_perspective(first + face, shadow.z + float(face), p_ws);
 }
 
@@ -114,37 +122,52 @@ vec3 shadow_project(shadow_place place, vec3 p_ws)
     return vec3(h.xy / h.w, clamp(h.z / h.w, 0.0, 1.0));
 }
 
-float shadow_tap(bool directional, vec4 uv_layer_z)
+/* Lifts p off its surface so that the filter's texels, which lie lower, do not shadow it. Four bilinear taps half a texel
+ * off the middle reach texels up to 1.5 away on each axis, 2.1 on the diagonal; on a plane at the angle t to the light such
+ * a texel lies 2.1 * texel * tan(t) nearer, and lifting by 2.1 * texel * sin(t) along the normal clears it exactly. The
+ * constant part covers rounding and curvature. */
+vec3 shadow_lift(vec3 p_ws, vec3 n_ws, float cos_t, float texel_ws)
 {
-    return directional ? texture(shadow_directional, uv_layer_z) : texture(shadow_spot, uv_layer_z);
+    return p_ws + n_ws * (texel_ws * (0.3 + 2.1 * sqrt(max(1.0 - cos_t * cos_t, 0.0))));
 }
 
-vec3 light_direction_to(uint i, vec3 p_ws)
+/* The tent-weighted 3x3 filter by four bilinear taps. */
+float shadow_filter(sampler2DArrayShadow maps, vec3 uvz, float layer, float edge)
 {
-    vec4 direction = kd_lights.light[i].direction_ws;
-    return direction.w == LIGHT_DIRECTIONAL ? -direction.xyz : normalize(kd_lights.light[i].position_ws.xyz - p_ws);
+    float h = 0.5 / edge;
+    return 0.25 * (texture(maps, vec4(uvz.xy + vec2(-h, -h), layer, uvz.z)) +
+                   texture(maps, vec4(uvz.xy + vec2(h, -h), layer, uvz.z)) +
+                   texture(maps, vec4(uvz.xy + vec2(-h, h), layer, uvz.z)) +
+                   texture(maps, vec4(uvz.xy + vec2(h, h), layer, uvz.z)));
 }
 
-/* Share of the light that reaches p, 0 … 1; n is the mesh's own normal. Four bilinear taps half a texel off the middle
- * are the tent-weighted 3x3 filter. It reaches texels up to 1.5 away on each axis, 2.1 on the diagonal; on a plane at the
- * angle t to the light such a texel lies 2.1 * texel * tan(t) nearer, and lifting the point by 2.1 * texel * sin(t) along
- * the normal clears it exactly. The constant part covers rounding and curvature. Outside every map: lit. */
+/* light_shadow for one kind of light: loops that know the kind are cheaper on drivers that run both sides of a branch. */
+float light_shadow_directional(uint i, vec3 p_ws, vec3 n_ws)
+{
+    shadow_place place = shadow_find_directional(i, p_ws);
+    float cos_t = dot(n_ws, -kd_lights.light[i].direction_ws.xyz);
+    if (place.matrix < 0 || cos_t <= 0.0)
+        return place.matrix < 0 ? 1.0 : 0.0;
+    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, cos_t, place.texel_ws));
+    return shadow_filter(shadow_directional, uvz, place.layer, float(kd_lights.count.z));
+}
+
+float light_shadow_local(uint i, vec3 p_ws, vec3 n_ws)
+{
+    shadow_place place = shadow_find_local(i, p_ws);
+    float cos_t = dot(n_ws, normalize(kd_lights.light[i].position_ws.xyz - p_ws));
+    if (place.matrix < 0 || cos_t <= 0.0)
+        return place.matrix < 0 ? 1.0 : 0.0;
+    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, cos_t, place.texel_ws));
+    return shadow_filter(shadow_spot, uvz, place.layer, float(kd_lights.count.w));
+}
+
+/* Share of the light that reaches p, 0 … 1; n is the mesh's own normal. Outside every map: lit. */
 float light_shadow(uint i, vec3 p_ws, vec3 n_ws)
 {
-    shadow_place place = shadow_find_place(i, p_ws);
-    if (place.matrix < 0)
-        return 1.0;
-    float cos_t = dot(n_ws, light_direction_to(i, p_ws));
-    if (cos_t <= 0.0)
-        return 0.0;
-    float sin_t = sqrt(max(1.0 - cos_t * cos_t, 0.0));
-    vec3 uvz = shadow_project(place, p_ws + n_ws * (place.texel_ws * (0.3 + 2.1 * sin_t)));
-    bool directional = kd_lights.light[i].direction_ws.w == LIGHT_DIRECTIONAL;
-    float h = 0.5 / float(kd_lights.count.z);
-    return 0.25 * (shadow_tap(directional, vec4(uvz.xy + vec2(-h, -h), place.layer, uvz.z)) +
-                   shadow_tap(directional, vec4(uvz.xy + vec2(h, -h), place.layer, uvz.z)) +
-                   shadow_tap(directional, vec4(uvz.xy + vec2(-h, h), place.layer, uvz.z)) +
-                   shadow_tap(directional, vec4(uvz.xy + vec2(h, h), place.layer, uvz.z)));
+    if (light_is_directional(i))
+        return light_shadow_directional(i, p_ws, n_ws);
+    return light_shadow_local(i, p_ws, n_ws);
 }
 
 /* The same for a voxel: one bilinear tap, the point lifted by offset_m along the normal (its own half diagonal, say) and
@@ -152,12 +175,19 @@ float light_shadow(uint i, vec3 p_ws, vec3 n_ws)
 float light_shadow_voxel(uint i, vec3 p_ws, vec3 n_ws, float offset_m)
 {
     vec3 p = p_ws + n_ws * offset_m;
-    shadow_place place = shadow_find_place(i, p);
+    if (light_is_directional(i)) {
+        shadow_place place = shadow_find_directional(i, p);
+        if (place.matrix < 0)
+            return 1.0;
+        vec3 uvz = shadow_project(place, p - kd_lights.light[i].direction_ws.xyz * place.texel_ws);
+        return texture(shadow_directional, vec4(uvz.xy, place.layer, uvz.z));
+    }
+    shadow_place place = shadow_find_local(i, p);
     if (place.matrix < 0)
         return 1.0;
-    vec3 uvz = shadow_project(place, p + light_direction_to(i, p) * place.texel_ws);
-    bool directional = kd_lights.light[i].direction_ws.w == LIGHT_DIRECTIONAL;
-    return shadow_tap(directional, vec4(uvz.xy, place.layer, uvz.z));
+    vec3 to_light = normalize(kd_lights.light[i].position_ws.xyz - p);
+    vec3 uvz = shadow_project(place, p + to_light * place.texel_ws);
+    return texture(shadow_spot, vec4(uvz.xy, place.layer, uvz.z));
 }
 
 #endif

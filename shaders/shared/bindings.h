@@ -27,9 +27,10 @@
 #define KD_UNIT_GI_DIFFUSE 7
 #define KD_UNIT_GI_SPECULAR 8
 #define KD_UNIT_DIRECT 9
-#define KD_UNIT_TREE_RADIANCE 10 /* sampler3D: the dense levels, six directions */
-#define KD_UNIT_TREE_INDEX 11    /* usampler3D: child index of the dense cells */
-#define KD_UNIT_TREE_NODES 12    /* usamplerBuffer: sparse node words */
-#define KD_UNIT_TREE_LEAVES 13   /* usamplerBuffer: radiance and opacity of sparse nodes */
+#define KD_UNIT_TREE_RADIANCE 10 /* sampler3D: the dense levels, six directions side by side */
+#define KD_UNIT_TREE_INDEX 11    /* usamplerBuffer: node of every dense cell */
+#define KD_UNIT_TREE_NODES 12    /* usamplerBuffer: node words of the sparse levels between dense cells and leaves */
+#define KD_UNIT_TREE_LEAVES 13   /* usamplerBuffer: radiance and optical depth of leaves, eight siblings at a time */
+#define KD_UNIT_TREE_DATA 14     /* usamplerBuffer: the same, filtered, of the sparse levels between */
 
 #endif

@@ -83,7 +83,7 @@ KD_LAYOUT_CHECK(kd_light_params, 64)
 
 /* A point light's shadow takes six spot layers (its cube faces in GL order). */
 struct kd_lights_params {
-    uvec4 count;        /* x: lights, y: shadow cascades of directional lights, z: shadow map edge in pixels, w: 0 */
+    uvec4 count;        /* x: lights, y: shadow cascades of directional lights, z: edge of directional shadow maps in pixels, w: of spot maps */
     /* ---- 16 */
     vec4 ambient;       /* rgb: radiance of the sky, uniform; w 0 */
     /* ---- 32 */
@@ -91,7 +91,7 @@ struct kd_lights_params {
     /* ---- 4128 */
     mat4 shadow_matrix[KD_MAX_SHADOW_CASCADES * 2 + KD_MAX_SPOT_SHADOWS]; /* world to [0,1]^3; directional ones first */
     /* ---- 5664 */
-    vec4 shadow_texel;  /* x: spare */
+    vec4 kinds;         /* x: directional lights: they come first in `light`; yzw 0 */
     vec4 cascade_texel_ws[KD_MAX_SHADOW_CASCADES * 2]; /* x: edge of a texel in metres, y: half depth range in metres */
     /* ---- 5808 */
 };

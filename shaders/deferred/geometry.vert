@@ -1,0 +1,28 @@
+/* Takes the vertices of the draw list to the screen. */
+
+#include "shaders/include/view.glsl"
+#include "shaders/include/object.glsl"
+
+layout(location = KD_LOC_POSITION) in vec3 in_position;
+layout(location = KD_LOC_NORMAL) in vec4 in_normal;
+layout(location = KD_LOC_TANGENT) in vec4 in_tangent;
+layout(location = KD_LOC_UV0) in vec2 in_uv0;
+layout(location = KD_LOC_UV1) in vec2 in_uv1;
+layout(location = KD_LOC_COLOR) in vec4 in_color;
+layout(location = KD_LOC_OBJECT) in uint in_object;
+
+out vec3 normal_ws;
+out vec4 tangent_ws; /* w: side of the bitangent */
+out vec4 uv;
+out vec4 color;
+flat out float mirrored;
+
+void main()
+{
+    gl_Position = kd_view.view_projection * vec4(object_position(in_object, in_position), 1.0);
+    normal_ws = normalize(object_normal(in_object, in_normal.xyz));
+    mirrored = object_is_mirrored(in_object) ? 1.0 : 0.0;
+    tangent_ws = vec4(object_direction(in_object, in_tangent.xyz), in_tangent.w * (1.0 - 2.0 * mirrored));
+    uv = vec4(in_uv0, in_uv1);
+    color = in_color;
+}

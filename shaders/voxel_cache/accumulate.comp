@@ -1,0 +1,47 @@
+// Voxelization, pass 2: add every fragment's attributes to its voxel, weighted by how near the surface passes the centre.
+// Fixed point, so that the sum does not depend on the order of the fragments.
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 4) readonly buffer mask_block { uint mask[]; };
+layout(std430, binding = 5) readonly buffer ranks_block { uint ranks[]; };
+// 8 words a voxel: weight, 3 albedo, 3 normal, emission; then one word a voxel: nearest triangle (see below).
+layout(std430, binding = 6) buffer sums_block { uint sums[]; };
+layout(std430, binding = 7) buffer nearest_block { uint nearest[]; };
+
+void fragment(uint triangle, uvec3 cell, vec3 bary);
+
+#include "shaders/voxel_cache/triangle.glsl"
+#include "shaders/voxel_cache/surface.glsl"
+
+void fragment(uint triangle, uvec3 cell, vec3 bary)
+{
+    fragment_surface s = fragment_load(triangle, bary);
+    if (!fragment_opaque(s))
+        return;
+    vec3 point = bary.x * cell_position(vertex_of(triangle, 0u)) + bary.y * cell_position(vertex_of(triangle, 1u)) +
+                 bary.z * cell_position(vertex_of(triangle, 2u));
+    float nearness = clamp(1.0 - distance(point, vec3(cell) + 0.5) / 0.8660254, 0.0, 1.0);
+    uint weight = 1u + uint(nearness * 15.0);
+    uint bit = cell_bit(cell);
+    uint voxel = ranks[bit >> 5] + uint(bitCount(mask[bit >> 5] & ((1u << (bit & 31u)) - 1u)));
+    uvec3 albedo = uvec3(round(clamp(s.base_color.rgb, 0.0, 1.0) * 255.0));
+    ivec3 normal = ivec3(round(normalize(s.normal + vec3(0, 1e-12, 0)) * 127.0));
+    uint at = voxel * 8u;
+    atomicAdd(sums[at], weight);
+    atomicAdd(sums[at + 1u], albedo.x * weight);
+    atomicAdd(sums[at + 2u], albedo.y * weight);
+    atomicAdd(sums[at + 3u], albedo.z * weight);
+    atomicAdd(sums[at + 4u], uint(normal.x * int(weight)));
+    atomicAdd(sums[at + 5u], uint(normal.y * int(weight)));
+    atomicAdd(sums[at + 6u], uint(normal.z * int(weight)));
+    atomicAdd(sums[at + 7u], uint(round(clamp(s.emission, 0.0, 1.0) * 255.0)) * weight);
+    // The nearest surface binds a deforming voxel: largest nearness (6 bits), then the lowest triangle.
+    if (pass.dest.z != KD_VOXEL_RIGID)
+        atomicMax(nearest[voxel], (uint(nearness * 62.0) + 1u) << 26 | (0x3FFFFFFu - triangle));
+}
+
+void main()
+{
+    if (gl_GlobalInvocationID.x < pass.chunk_size.w)
+        visit_column(gl_GlobalInvocationID.x);
+}

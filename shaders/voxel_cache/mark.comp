@@ -1,0 +1,23 @@
+// Voxelization, pass 1: set the bit of every cell of the chunk that a triangle touches.
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 4) buffer mask_block { uint mask[]; };
+
+void fragment(uint triangle, uvec3 cell, vec3 bary);
+
+#include "shaders/voxel_cache/triangle.glsl"
+#include "shaders/voxel_cache/surface.glsl"
+
+void fragment(uint triangle, uvec3 cell, vec3 bary)
+{
+    if (material.emissive.a >= 0.0 && !fragment_opaque(fragment_load(triangle, bary)))
+        return;
+    uint bit = cell_bit(cell);
+    atomicOr(mask[bit >> 5], 1u << (bit & 31u));
+}
+
+void main()
+{
+    if (gl_GlobalInvocationID.x < pass.chunk_size.w)
+        visit_column(gl_GlobalInvocationID.x);
+}
