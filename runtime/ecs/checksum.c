@@ -1,17 +1,21 @@
-/* A 64-bit checksum of what the world holds, in a defined order: tables as they were made, rows as they lie. Components
- * count by name, and only the bytes their fields describe, so that padding and pointers do not disturb. */
+/* A 64-bit checksum of what the world holds, in a defined order: tables as they were made, rows as they lie.
+ * Components count by name, and only the bytes their fields describe, so that padding and pointers do not
+ * disturb. */
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
 #include "runtime/ecs/internal.h"
 
-static void add_text(XXH3_state_t *state, const char *text) { XXH3_64bits_update(state, text, strlen(text) + 1); }
+static void add_text(XXH3_state_t *state, const char *text) {
+    XXH3_64bits_update(state, text, strlen(text) + 1);
+}
 
-static void add_u32(XXH3_state_t *state, uint32_t value) { XXH3_64bits_update(state, &value, sizeof value); }
+static void add_u32(XXH3_state_t *state, uint32_t value) {
+    XXH3_64bits_update(state, &value, sizeof value);
+}
 
-static void add_spans(XXH3_state_t *state, const ecs_component *c, const uint8_t *data, uint32_t count)
-{
+static void add_spans(XXH3_state_t *state, const ecs_component *c, const uint8_t *data, uint32_t count) {
     if (c->span_count == 1 && c->spans[0].size == c->size) {
         XXH3_64bits_update(state, data, (size_t)count * c->size);
         return;
@@ -22,20 +26,19 @@ static void add_spans(XXH3_state_t *state, const ecs_component *c, const uint8_t
 }
 
 /* Only rows that have something add to the sum: an array that once was longer must not show. */
-static void add_hierarchy(XXH3_state_t *state, const kd_world *w, const ecs_table *t)
-{
+static void add_hierarchy(XXH3_state_t *state, const kd_world *w, const ecs_table *t) {
     if (t->depth)
         XXH3_64bits_update(state, ecs_parents(t), t->count * sizeof(kd_entity));
     for (uint32_t row = 0; row < t->count && w->node_limit; row++) {
         uint32_t index = ecs_entities(t)[row].index;
-        uint32_t link[3] = {index, ecs_first_child(w, index), index < w->node_limit ? w->nodes[index].next : ECS_NONE};
+        uint32_t link[3] = {index, ecs_first_child(w, index),
+                            index < w->node_limit ? w->nodes[index].next : ECS_NONE};
         if (link[1] != ECS_NONE || link[2] != ECS_NONE)
             XXH3_64bits_update(state, link, sizeof link);
     }
 }
 
-static void add_names(XXH3_state_t *state, const kd_world *w, const ecs_table *t)
-{
+static void add_names(XXH3_state_t *state, const kd_world *w, const ecs_table *t) {
     for (uint32_t row = 0; row < t->count && w->name_limit; row++) {
         uint32_t index = ecs_entities(t)[row].index;
         uint32_t group = index < w->name_limit ? w->name_links[index].group : 0;
@@ -46,8 +49,7 @@ static void add_names(XXH3_state_t *state, const kd_world *w, const ecs_table *t
     }
 }
 
-static void add_table(XXH3_state_t *state, const kd_world *w, const ecs_table *t)
-{
+static void add_table(XXH3_state_t *state, const kd_world *w, const ecs_table *t) {
     add_u32(state, t->depth);
     add_u32(state, t->count);
     XXH3_64bits_update(state, ecs_entities(t), t->count * sizeof(kd_entity));
@@ -62,8 +64,7 @@ static void add_table(XXH3_state_t *state, const kd_world *w, const ecs_table *t
     }
 }
 
-uint64_t kd_world_checksum(const kd_world *w)
-{
+uint64_t kd_world_checksum(const kd_world *w) {
     XXH3_state_t state;
     XXH3_64bits_reset(&state);
     for (uint32_t i = 0; i < w->table_count; i++)

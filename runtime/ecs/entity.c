@@ -1,13 +1,13 @@
-/* Entities: handles, spawn, destroy, and the values they carry. A spawn finds its table through archetype edges and
- * writes every value once; adding or removing a component moves the row to the neighbouring archetype's table. */
+/* Entities: handles, spawn, destroy, and the values they carry. A spawn finds its table through archetype
+ * edges and writes every value once; adding or removing a component moves the row to the neighbouring
+ * archetype's table. */
 
 #include <assert.h>
 
 #include "runtime/ecs/internal.h"
 
 /* ---- finding ---- */
-static inline bool locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row)
-{
+static inline bool locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row) {
     if (e.index < w->entity_limit) {
         ecs_record r = w->records[e.index];
         if (!(r.table & ECS_DEAD)) {
@@ -24,33 +24,33 @@ static inline bool locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_
     return false;
 }
 
-bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row) { return locate(w, e, t, row); }
+bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row) {
+    return locate(w, e, t, row);
+}
 
-bool kd_alive(const kd_world *w, kd_entity e)
-{
+bool kd_alive(const kd_world *w, kd_entity e) {
     ecs_table *t;
     uint32_t row;
     return locate(w, e, &t, &row);
 }
 
-kd_entity kd_entity_resolve(const kd_world *w, kd_entity e)
-{
+kd_entity kd_entity_resolve(const kd_world *w, kd_entity e) {
     ecs_table *t;
     uint32_t row;
     return locate(w, e, &t, &row) ? ecs_entities(t)[row] : KD_NO_ENTITY;
 }
 
-uint32_t kd_entity_count(const kd_world *w) { return w->alive_count; }
+uint32_t kd_entity_count(const kd_world *w) {
+    return w->alive_count;
+}
 
-static inline void *value_at(const kd_world *w, const ecs_table *t, uint32_t column, uint32_t row)
-{
+static inline void *value_at(const kd_world *w, const ecs_table *t, uint32_t column, uint32_t row) {
     if (column == ECS_TAG_COLUMN)
         return (void *)(uintptr_t)w->tag_value;
     return t->columns[column].data + (size_t)row * t->columns[column].size;
 }
 
-const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id)
-{
+const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id) {
     ecs_table *t;
     uint32_t row;
     if (!locate(w, e, &t, &row))
@@ -59,8 +59,7 @@ const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id)
     return column ? value_at(w, t, column, row) : NULL;
 }
 
-void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
-{
+void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id) {
     ecs_table *t;
     uint32_t row;
     if (!locate(w, e, &t, &row))
@@ -74,18 +73,16 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
 }
 
 /* ---- handles ---- */
-static bool handles_reserve(kd_world *w, uint32_t n)
-{
+static bool handles_reserve(kd_world *w, uint32_t n) {
     if (n <= w->free_count)
         return true;
     uint64_t need = (uint64_t)w->entity_limit + (n - w->free_count);
-    return need < ECS_DEAD &&
-           ecs_reserve(w, &w->records, &w->record_capacity, w->entity_limit, (uint32_t)need, sizeof *w->records);
+    return need < ECS_DEAD && ecs_reserve(w, &w->records, &w->record_capacity, w->entity_limit,
+                                          (uint32_t)need, sizeof *w->records);
 }
 
 /* The index freed last comes first; room was reserved. */
-static kd_entity handle_take(kd_world *w)
-{
+static kd_entity handle_take(kd_world *w) {
     w->alive_count++;
     if (w->free_first == ECS_NONE)
         return (kd_entity){w->entity_limit++, 1};
@@ -96,8 +93,7 @@ static kd_entity handle_take(kd_world *w)
     return e;
 }
 
-static void handle_give(kd_world *w, kd_entity e)
-{
+static void handle_give(kd_world *w, kd_entity e) {
     uint32_t generation = (e.generation + 1) & ~ECS_PENDING;
     w->records[e.index] = (ecs_record){ECS_DEAD | w->free_first, generation ? generation : 1};
     w->free_first = e.index;
@@ -107,8 +103,7 @@ static void handle_give(kd_world *w, kd_entity e)
 
 /* ---- spawn ---- */
 /* Make room, and let values that lie in this table's own columns follow them to their new place. */
-static bool reserve_rows(kd_world *w, ecs_table *t, uint32_t rows, const void **values, uint32_t count)
-{
+static bool reserve_rows(kd_world *w, ecs_table *t, uint32_t rows, const void **values, uint32_t count) {
     uint32_t columns[ECS_MAX_COMPONENTS];
     size_t offsets[ECS_MAX_COMPONENTS];
     if (rows <= t->capacity)
@@ -130,8 +125,7 @@ static bool reserve_rows(kd_world *w, ecs_table *t, uint32_t rows, const void **
     return done;
 }
 
-static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t count, uint32_t depth)
-{
+static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t count, uint32_t depth) {
     ecs_archetype *a = w->archetypes[0];
     for (uint32_t i = 0; i < count && a; i++)
         if (ids[i] >= a->column_limit || !a->column_of[ids[i]])
@@ -139,11 +133,12 @@ static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t
     return a ? ecs_table_ensure(w, a, depth) : NULL;
 }
 
-kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count, kd_entity parent)
-{
+kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count,
+                        kd_entity parent) {
     uint32_t depth = parent.generation ? kd_get_depth(w, parent) + 1 : 0;
     ecs_table *t = table_of_ids(w, ids, count, depth);
-    if (!t || t->count == UINT32_MAX || !handles_reserve(w, 1) || !reserve_rows(w, t, t->count + 1, values, count))
+    if (!t || t->count == UINT32_MAX || !handles_reserve(w, 1) ||
+        !reserve_rows(w, t, t->count + 1, values, count))
         return KD_NO_ENTITY;
     kd_entity e = handle_take(w);
     uint32_t row = ecs_table_append(w, t, e, NULL, 0);
@@ -151,13 +146,13 @@ kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **va
     for (uint32_t i = 0; i < count; i++) {
         uint32_t column = t->column_of[ids[i]];
         if (column != ECS_TAG_COLUMN)
-            ecs_write_value(w, ids[i], t->columns[column].data + (size_t)row * t->columns[column].size, values[i]);
+            ecs_write_value(w, ids[i], t->columns[column].data + (size_t)row * t->columns[column].size,
+                            values[i]);
     }
     return e;
 }
 
-kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count)
-{
+kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count) {
     kd_component_id ids[ECS_MAX_COMPONENTS];
     const void *from[ECS_MAX_COMPONENTS];
     assert(count <= ECS_MAX_COMPONENTS);
@@ -171,8 +166,8 @@ kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count)
     return ecs_spawn_ids(w, ids, from, count, KD_NO_ENTITY);
 }
 
-static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uint32_t row, uint32_t n, const void *values)
-{
+static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uint32_t row, uint32_t n,
+                        const void *values) {
     uint8_t *to = column->data + (size_t)row * column->size;
     if (values)
         memmove(to, values, (size_t)n * column->size);
@@ -181,9 +176,8 @@ static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uin
             ecs_write_value(w, id, to + (size_t)i * column->size, NULL);
 }
 
-kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs, const void *const *columns,
-                     uint32_t component_count, kd_entity *out)
-{
+kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs,
+                     const void *const *columns, uint32_t component_count, kd_entity *out) {
     kd_component_id ids[ECS_MAX_COMPONENTS];
     const void *from[ECS_MAX_COMPONENTS];
     assert(component_count <= ECS_MAX_COMPONENTS);
@@ -217,8 +211,7 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
 }
 
 /* ---- destroy ---- */
-static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row)
-{
+static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row) {
     if (t->depth)
         ecs_hierarchy_unlink(w, e.index, ecs_parents(t)[row].index);
     ecs_name_drop(w, e.index);
@@ -228,8 +221,7 @@ static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row)
 }
 
 /* Leaves first, and without a stack: descend to the first child until there is none, destroy, go back up. */
-void kd_destroy(kd_world *w, kd_entity e)
-{
+void kd_destroy(kd_world *w, kd_entity e) {
     ecs_table *t;
     uint32_t row;
     if (!locate(w, e, &t, &row))
@@ -253,16 +245,14 @@ void kd_destroy(kd_world *w, kd_entity e)
 }
 
 /* ---- values ---- */
-static uint32_t move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to)
-{
+static uint32_t move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to) {
     kd_entity e = ecs_entities(t)[row];
     uint32_t to_row = ecs_table_append(w, to, e, t, row);
     w->records[e.index] = (ecs_record){to->index, to_row};
     return to_row;
 }
 
-kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value)
-{
+kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value) {
     ecs_table *t;
     uint32_t row;
     if (!id)
@@ -287,18 +277,17 @@ kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *v
     uint32_t to_row = move_row(w, t, row, to);
     column = to->column_of[id];
     if (column != ECS_TAG_COLUMN)
-        ecs_write_value(w, id, value_at(w, to, column, to_row), value); /* before the old row goes: value may lie there */
+        ecs_write_value(w, id, value_at(w, to, column, to_row),
+                        value); /* before the old row goes: value may lie there */
     ecs_table_remove(w, t, row);
     return KD_OK;
 }
 
-kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value)
-{
+kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value) {
     return ecs_set_id(w, e, kd_component_ensure(w, value.desc), value.value);
 }
 
-void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
-{
+void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id) {
     ecs_table *t;
     uint32_t row;
     if (!locate(w, e, &t, &row) || !ecs_column_of(t, id))

@@ -4,20 +4,20 @@
 /* What the files of this module share. One idea a file:
  *   memory.c     aligned blocks, counted against the world
  *   component.c  descriptions and their ids in one world
- *   table.c      archetypes (sets of components) and tables (an archetype at one hierarchy depth; struct of arrays)
- *   entity.c     handles, spawn, destroy, values
- *   hierarchy.c  parents, ordered children, depth
- *   query.c      cached lists of matching tables
- *   commands.c   changes recorded by workers and merged in a defined order
+ *   table.c      archetypes (sets of components) and tables (an archetype at one hierarchy depth; struct of
+ * arrays) entity.c     handles, spawn, destroy, values hierarchy.c  parents, ordered children, depth query.c
+ * cached lists of matching tables commands.c   changes recorded by workers and merged in a defined order
  *   names.c singleton.c checksum.c reflect.c world.c
  *
  * Invariants
- *   - records[i] of a living entity says (table, row), and that row of the table's entity column holds its handle; of a
- *     dead one (ECS_DEAD set) it says (next free index, generation of the next handle). So a handle is alive exactly
- *     when the entity column at its record's row holds its generation, and no further generation array is needed.
+ *   - records[i] of a living entity says (table, row), and that row of the table's entity column holds its
+ * handle; of a dead one (ECS_DEAD set) it says (next free index, generation of the next handle). So a handle
+ * is alive exactly when the entity column at its record's row holds its generation, and no further generation
+ * array is needed.
  *   - A table's rows are dense; removing a row moves the last one into its place.
  *   - Rows of every column are 64-byte aligned at row 0 and valid for [0, count).
- *   - Only the owner of the world changes structure; registration (components, singletons, queries) takes the lock. */
+ *   - Only the owner of the world changes structure; registration (components, singletons, queries) takes the
+ * lock. */
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -28,13 +28,13 @@
 #include "runtime/ecs/world.h"
 
 #define ECS_MAX_COMPONENTS 512u
-#define ECS_DESC_SLOTS 2048u     /* of the address hash; a power of two, kept at most half full */
-#define ECS_CHUNK_ROWS 256u      /* rows that share one change version: a few KiB of a column */
-#define ECS_MAX_DEPTH 65535u
-#define ECS_DEAD 0x80000000u     /* in ecs_record.table */
-#define ECS_PENDING 0x80000000u  /* in kd_entity.generation: made by a command buffer, see commands.c */
-#define ECS_NONE 0xffffffffu
-#define ECS_TAG_COLUMN 0xffffu
+#define ECS_DESC_SLOTS     2048u /* of the address hash; a power of two, kept at most half full */
+#define ECS_CHUNK_ROWS     256u  /* rows that share one change version: a few KiB of a column */
+#define ECS_MAX_DEPTH      65535u
+#define ECS_DEAD           0x80000000u /* in ecs_record.table */
+#define ECS_PENDING        0x80000000u /* in kd_entity.generation: made by a command buffer, see commands.c */
+#define ECS_NONE           0xffffffffu
+#define ECS_TAG_COLUMN     0xffffu
 
 /* ---- components ---- */
 typedef struct ecs_span {
@@ -44,9 +44,9 @@ typedef struct ecs_span {
 typedef struct ecs_component {
     const kd_component_desc *desc;
     uint32_t size;
-    uint32_t span_count;        /* bytes that count for the checksum: the fields, merged where they touch */
+    uint32_t span_count; /* bytes that count for the checksum: the fields, merged where they touch */
     ecs_span *spans;
-    bool has_entities;          /* some field is a KD_ENTITY */
+    bool has_entities; /* some field is a KD_ENTITY */
     _Atomic(void *) singleton;
 } ecs_component;
 
@@ -54,9 +54,9 @@ typedef struct ecs_component {
 typedef struct ecs_column {
     uint8_t *data;
     uint32_t size;
-    kd_component_id id;          /* 0 for entities and parents */
-    _Atomic uint64_t *chunks;    /* version of the last write access to each chunk */
-    _Atomic uint64_t latest;     /* the newest of them */
+    kd_component_id id;       /* 0 for entities and parents */
+    _Atomic uint64_t *chunks; /* version of the last write access to each chunk */
+    _Atomic uint64_t latest;  /* the newest of them */
 } ecs_column;
 
 typedef struct ecs_table ecs_table;
@@ -65,9 +65,11 @@ typedef struct ecs_archetype {
     kd_component_id *ids; /* ascending */
     uint32_t id_count;
     uint32_t column_count; /* ids that have a size */
-    uint16_t *column_of;   /* by component id: column of a table, 0 absent, ECS_TAG_COLUMN present without data */
+    uint16_t
+        *column_of; /* by component id: column of a table, 0 absent, ECS_TAG_COLUMN present without data */
     uint32_t column_limit;
-    uint32_t *edges; /* by component id: archetype with that component added, or removed if here; ECS_NONE unknown */
+    uint32_t *edges; /* by component id: archetype with that component added, or removed if here; ECS_NONE
+                        unknown */
     uint32_t edge_limit;
     ecs_table **tables; /* by depth, NULL where none */
     uint32_t depth_limit;
@@ -90,13 +92,13 @@ struct ecs_table {
     ecs_column columns[];       /* 0: entities; then components by id; last, when depth > 0: parents */
 };
 
-static inline kd_entity *ecs_entities(const ecs_table *t) { return (kd_entity *)(void *)t->columns[0].data; }
-static inline kd_entity *ecs_parents(const ecs_table *t)
-{
+static inline kd_entity *ecs_entities(const ecs_table *t) {
+    return (kd_entity *)(void *)t->columns[0].data;
+}
+static inline kd_entity *ecs_parents(const ecs_table *t) {
     return t->depth ? (kd_entity *)(void *)t->columns[t->column_count - 1].data : NULL;
 }
-static inline uint32_t ecs_column_of(const ecs_table *t, kd_component_id id)
-{
+static inline uint32_t ecs_column_of(const ecs_table *t, kd_component_id id) {
     return id < t->column_limit ? t->column_of[id] : 0;
 }
 
@@ -177,9 +179,9 @@ struct kd_world {
     uint32_t *archetype_slots; /* open addressing by hash of ids: index + 1 */
     uint32_t archetype_slot_count;
 
-    _Atomic uint64_t version;  /* stamped on write access; raised by kd_world_version */
-    uint64_t structure;        /* raised by every structural change: iterators notice */
-    const char *last_change;   /* which call that was */
+    _Atomic uint64_t version; /* stamped on write access; raised by kd_world_version */
+    uint64_t structure;       /* raised by every structural change: iterators notice */
+    const char *last_change;  /* which call that was */
 
     ecs_node *nodes; /* by entity index, as far as the hierarchy was used */
     uint32_t node_limit, node_capacity;
@@ -209,45 +211,50 @@ struct kd_world {
 };
 
 /* memory.c: blocks aligned to 64 bytes. */
-/** Make `block` (NULL: none yet) `bytes` long, keeping its first keep_bytes. Returns NULL, block untouched, when out. */
+/** Make `block` (NULL: none yet) `bytes` long, keeping its first keep_bytes. Returns NULL, block untouched,
+ * when out. */
 void *ecs_grow(kd_world *w, void *block, size_t keep_bytes, size_t bytes);
 void ecs_free(kd_world *w, void *block);
 /** Make room for `need` items in a growing array; new items are not set. */
-bool ecs_reserve(kd_world *w, void *array_pointer, uint32_t *capacity, uint32_t count, uint32_t need, size_t item_bytes);
+bool ecs_reserve(kd_world *w, void *array_pointer, uint32_t *capacity, uint32_t count, uint32_t need,
+                 size_t item_bytes);
 /** Next capacity of an array that must hold need. */
 uint32_t ecs_next_capacity(uint32_t capacity, uint32_t need);
 
 /* component.c */
-static inline const ecs_component *ecs_component_of(const kd_world *w, kd_component_id id) { return &w->components[id]; }
+static inline const ecs_component *ecs_component_of(const kd_world *w, kd_component_id id) {
+    return &w->components[id];
+}
 /** Write a value, or the component's default when value is NULL. */
 void ecs_write_value(const kd_world *w, kd_component_id id, void *to, const void *value);
 void ecs_release_value(const kd_world *w, kd_component_id id, void *value); /* runs on_remove */
 
 /* table.c */
 ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_id id); /* NULL when out */
-ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth);            /* NULL when out */
+ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth);             /* NULL when out */
 bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows);
 /** Append a row for the entity, which must have room; copies what `from` (may be NULL) has in common. */
 uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e, const ecs_table *from, uint32_t from_row);
 /** Take a row out, moving the last one into its place. Runs no hooks. */
 void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row);
-void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t count); /* on_remove of every value */
-void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count);        /* all columns changed */
+void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row,
+                            uint32_t count);                                   /* on_remove of every value */
+void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count); /* all columns changed */
 void ecs_column_stamp(kd_world *w, ecs_column *c, uint32_t row, uint32_t count);
 void ecs_tables_fini(kd_world *w);
 
 /* entity.c */
 bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row);
-/** Make an entity; values (NULL: default) may be moved by the call. The caller links it when it has a parent. */
-kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count, kd_entity parent);
+/** Make an entity; values (NULL: default) may be moved by the call. The caller links it when it has a parent.
+ */
+kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count,
+                        kd_entity parent);
 kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value);
-static inline kd_entity ecs_handle_at(const kd_world *w, uint32_t index)
-{
+static inline kd_entity ecs_handle_at(const kd_world *w, uint32_t index) {
     ecs_record r = w->records[index];
     return ecs_entities(w->tables[r.table])[r.row];
 }
-static inline void ecs_structure_changed(kd_world *w, const char *call)
-{
+static inline void ecs_structure_changed(kd_world *w, const char *call) {
     w->structure++;
     w->last_change = call;
 }
@@ -256,8 +263,7 @@ static inline void ecs_structure_changed(kd_world *w, const char *call)
 bool ecs_hierarchy_reserve(kd_world *w, uint32_t index);
 void ecs_hierarchy_link(kd_world *w, uint32_t child, uint32_t parent); /* as last child; has no parent now */
 void ecs_hierarchy_unlink(kd_world *w, uint32_t child, uint32_t parent);
-static inline uint32_t ecs_first_child(const kd_world *w, uint32_t index)
-{
+static inline uint32_t ecs_first_child(const kd_world *w, uint32_t index) {
     return index < w->node_limit ? w->nodes[index].first : ECS_NONE;
 }
 

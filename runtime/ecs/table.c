@@ -1,6 +1,7 @@
-/* Archetypes and tables. An archetype is a set of components; its tables hold the entities that have exactly this set,
- * one table for each depth of the hierarchy, so that visiting tables by depth visits parents before children. Archetypes
- * are found through cached edges: one array by component id says where adding (or, if here, removing) it leads. */
+/* Archetypes and tables. An archetype is a set of components; its tables hold the entities that have exactly
+ * this set, one table for each depth of the hierarchy, so that visiting tables by depth visits parents before
+ * children. Archetypes are found through cached edges: one array by component id says where adding (or, if
+ * here, removing) it leads. */
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -8,10 +9,11 @@
 #include "runtime/ecs/internal.h"
 
 /* ---- archetypes ---- */
-static uint64_t hash_ids(const kd_component_id *ids, uint32_t count) { return XXH3_64bits(ids, count * sizeof *ids); }
+static uint64_t hash_ids(const kd_component_id *ids, uint32_t count) {
+    return XXH3_64bits(ids, count * sizeof *ids);
+}
 
-static bool slots_grow(kd_world *w)
-{
+static bool slots_grow(kd_world *w) {
     uint32_t count = w->archetype_slot_count ? w->archetype_slot_count * 2 : 64;
     uint32_t *slots = ecs_grow(w, NULL, 0, count * sizeof *slots);
     if (!slots)
@@ -29,8 +31,8 @@ static bool slots_grow(kd_world *w)
     return true;
 }
 
-static ecs_archetype *archetype_find(const kd_world *w, const kd_component_id *ids, uint32_t count, uint64_t hash)
-{
+static ecs_archetype *archetype_find(const kd_world *w, const kd_component_id *ids, uint32_t count,
+                                     uint64_t hash) {
     if (!w->archetype_slot_count)
         return NULL;
     uint32_t mask = w->archetype_slot_count - 1;
@@ -43,8 +45,7 @@ static ecs_archetype *archetype_find(const kd_world *w, const kd_component_id *i
     return NULL;
 }
 
-static void archetype_free(kd_world *w, ecs_archetype *a)
-{
+static void archetype_free(kd_world *w, ecs_archetype *a) {
     if (!a)
         return;
     ecs_free(w, a->ids);
@@ -54,8 +55,7 @@ static void archetype_free(kd_world *w, ecs_archetype *a)
     ecs_free(w, a);
 }
 
-static ecs_archetype *archetype_alloc(kd_world *w, const kd_component_id *ids, uint32_t count)
-{
+static ecs_archetype *archetype_alloc(kd_world *w, const kd_component_id *ids, uint32_t count) {
     ecs_archetype *a = ecs_grow(w, NULL, 0, sizeof *a);
     if (!a)
         return NULL;
@@ -77,15 +77,15 @@ static ecs_archetype *archetype_alloc(kd_world *w, const kd_component_id *ids, u
     return a;
 }
 
-static ecs_archetype *archetype_ensure(kd_world *w, const kd_component_id *ids, uint32_t count)
-{
+static ecs_archetype *archetype_ensure(kd_world *w, const kd_component_id *ids, uint32_t count) {
     uint64_t hash = hash_ids(ids, count);
     ecs_archetype *a = archetype_find(w, ids, count, hash);
     if (a)
         return a;
     if (w->archetype_count * 2 >= w->archetype_slot_count && !slots_grow(w))
         return NULL;
-    if (!ecs_reserve(w, &w->archetypes, &w->archetype_capacity, w->archetype_count, w->archetype_count + 1, sizeof a))
+    if (!ecs_reserve(w, &w->archetypes, &w->archetype_capacity, w->archetype_count, w->archetype_count + 1,
+                     sizeof a))
         return NULL;
     a = archetype_alloc(w, ids, count);
     if (!a)
@@ -100,8 +100,7 @@ static ecs_archetype *archetype_ensure(kd_world *w, const kd_component_id *ids, 
     return a;
 }
 
-static bool edges_reserve(kd_world *w, ecs_archetype *a, kd_component_id id)
-{
+static bool edges_reserve(kd_world *w, ecs_archetype *a, kd_component_id id) {
     if (id < a->edge_limit)
         return true;
     uint32_t limit = (kd_component_count(w) + 16) & ~15u;
@@ -116,8 +115,7 @@ static bool edges_reserve(kd_world *w, ecs_archetype *a, kd_component_id id)
 }
 
 /* The archetype with `id` added, or removed if it is here; a NULL `a` stands for "the empty set itself". */
-ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_id id)
-{
+ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_id id) {
     if (!a)
         return archetype_ensure(w, NULL, 0);
     if (id < a->edge_limit && a->edges[id] != ECS_NONE)
@@ -145,8 +143,7 @@ ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_
 }
 
 /* ---- tables ---- */
-static ecs_table *table_alloc(kd_world *w, ecs_archetype *a, uint32_t depth)
-{
+static ecs_table *table_alloc(kd_world *w, ecs_archetype *a, uint32_t depth) {
     uint32_t columns = a->column_count + (depth ? 2 : 1);
     size_t bytes = sizeof(ecs_table) + columns * sizeof(ecs_column);
     ecs_table *t = ecs_grow(w, NULL, 0, bytes);
@@ -170,16 +167,14 @@ static ecs_table *table_alloc(kd_world *w, ecs_archetype *a, uint32_t depth)
     return t;
 }
 
-static void table_free(kd_world *w, ecs_table *t)
-{
+static void table_free(kd_world *w, ecs_table *t) {
     for (uint32_t c = 0; c < t->column_count; c++)
         ecs_free(w, t->columns[c].data);
     ecs_free(w, (void *)t->versions);
     ecs_free(w, t);
 }
 
-static bool depths_reserve(kd_world *w, ecs_archetype *a, uint32_t depth)
-{
+static bool depths_reserve(kd_world *w, ecs_archetype *a, uint32_t depth) {
     uint32_t limit = a->depth_limit;
     if (!ecs_reserve(w, &a->tables, &a->depth_limit, limit, depth + 1, sizeof(ecs_table *)))
         return false;
@@ -188,12 +183,11 @@ static bool depths_reserve(kd_world *w, ecs_archetype *a, uint32_t depth)
     return true;
 }
 
-ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth)
-{
+ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth) {
     if (depth < a->depth_limit && a->tables[depth])
         return a->tables[depth];
-    if (!depths_reserve(w, a, depth) ||
-        !ecs_reserve(w, &w->tables, &w->table_capacity, w->table_count, w->table_count + 1, sizeof(ecs_table *)))
+    if (!depths_reserve(w, a, depth) || !ecs_reserve(w, &w->tables, &w->table_capacity, w->table_count,
+                                                     w->table_count + 1, sizeof(ecs_table *)))
         return NULL;
     ecs_table *t = table_alloc(w, a, depth);
     if (!t)
@@ -207,8 +201,7 @@ ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth)
     return t;
 }
 
-static bool versions_reserve(kd_world *w, ecs_table *t, uint32_t capacity)
-{
+static bool versions_reserve(kd_world *w, ecs_table *t, uint32_t capacity) {
     uint32_t chunks = (capacity + ECS_CHUNK_ROWS - 1) / ECS_CHUNK_ROWS;
     if (chunks <= t->chunk_capacity)
         return true;
@@ -219,7 +212,8 @@ static bool versions_reserve(kd_world *w, ecs_table *t, uint32_t capacity)
     memset(versions, 0, (size_t)chunks * t->column_count * sizeof *versions);
     for (uint32_t c = 0; c < t->column_count; c++) {
         if (t->chunk_capacity)
-            memcpy(&versions[(size_t)c * chunks], (void *)t->columns[c].chunks, t->chunk_capacity * sizeof *versions);
+            memcpy(&versions[(size_t)c * chunks], (void *)t->columns[c].chunks,
+                   t->chunk_capacity * sizeof *versions);
         t->columns[c].chunks = (_Atomic uint64_t *)&versions[(size_t)c * chunks];
     }
     ecs_free(w, (void *)t->versions);
@@ -228,8 +222,7 @@ static bool versions_reserve(kd_world *w, ecs_table *t, uint32_t capacity)
     return true;
 }
 
-bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows)
-{
+bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows) {
     if (rows <= t->capacity)
         return true;
     uint32_t capacity = ecs_next_capacity(t->capacity, rows);
@@ -237,7 +230,8 @@ bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows)
         return false;
     for (uint32_t c = 0; c < t->column_count; c++) {
         ecs_column *column = &t->columns[c];
-        uint8_t *data = ecs_grow(w, column->data, (size_t)t->count * column->size, (size_t)capacity * column->size);
+        uint8_t *data =
+            ecs_grow(w, column->data, (size_t)t->count * column->size, (size_t)capacity * column->size);
         if (!data)
             return false;
         column->data = data;
@@ -248,35 +242,31 @@ bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows)
 
 /* ---- change versions ---- */
 /* Raise, never lower: two threads may stamp one word, and most of the time it holds the value already. */
-static void raise_version(_Atomic uint64_t *word, uint64_t version)
-{
+static void raise_version(_Atomic uint64_t *word, uint64_t version) {
     uint64_t old = atomic_load_explicit(word, memory_order_relaxed);
-    while (old < version &&
-           !atomic_compare_exchange_weak_explicit(word, &old, version, memory_order_relaxed, memory_order_relaxed)) {}
+    while (old < version && !atomic_compare_exchange_weak_explicit(word, &old, version, memory_order_relaxed,
+                                                                   memory_order_relaxed)) {
+    }
 }
 
-void ecs_column_stamp(kd_world *w, ecs_column *c, uint32_t row, uint32_t count)
-{
+void ecs_column_stamp(kd_world *w, ecs_column *c, uint32_t row, uint32_t count) {
     uint64_t version = atomic_load_explicit(&w->version, memory_order_relaxed);
     raise_version(&c->latest, version);
     for (uint32_t i = row / ECS_CHUNK_ROWS; i <= (row + count - 1) / ECS_CHUNK_ROWS; i++)
         raise_version(&c->chunks[i], version);
 }
 
-void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count)
-{
+void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count) {
     for (uint32_t c = 0; c < t->column_count; c++)
         ecs_column_stamp(w, &t->columns[c], row, count);
 }
 
 /* ---- rows ---- */
-static void copy_row(ecs_column *to, uint32_t to_row, const ecs_column *from, uint32_t from_row)
-{
+static void copy_row(ecs_column *to, uint32_t to_row, const ecs_column *from, uint32_t from_row) {
     memcpy(to->data + (size_t)to_row * to->size, from->data + (size_t)from_row * from->size, to->size);
 }
 
-uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e, const ecs_table *from, uint32_t from_row)
-{
+uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e, const ecs_table *from, uint32_t from_row) {
     uint32_t row = t->count++;
     ecs_entities(t)[row] = e;
     ecs_table_stamp(w, t, row, 1);
@@ -296,8 +286,7 @@ uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e, const ecs_tabl
     return row;
 }
 
-void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row)
-{
+void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row) {
     uint32_t last = --t->count;
     if (row == last)
         return;
@@ -307,8 +296,7 @@ void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row)
     w->records[ecs_entities(t)[row].index].row = row;
 }
 
-void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t count)
-{
+void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t count) {
     if (!t->archetype->hooked)
         return;
     for (uint32_t i = 0; i < t->archetype->id_count; i++) {
@@ -323,8 +311,7 @@ void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t co
     }
 }
 
-void ecs_tables_fini(kd_world *w)
-{
+void ecs_tables_fini(kd_world *w) {
     for (uint32_t i = 0; i < w->table_count; i++) {
         ecs_table_release_rows(w, w->tables[i], 0, w->tables[i]->count);
         table_free(w, w->tables[i]);
