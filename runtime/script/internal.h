@@ -47,7 +47,7 @@ static inline kd_script *script_of(lua_State *L)
 }
 
 /* ---- sandbox.c, sandbox_string.c: libraries and limits ---- */
-lua_State *script_sandbox_make(kd_script *script, uint64_t seed); /* NULL when memory is out */
+lua_State *script_sandbox_make(kd_script *script); /* NULL when memory is out */
 void script_sandbox_open(lua_State *L, uint64_t seed);
 void script_sandbox_string(lua_State *L); /* replaces what could run for ever in the string library */
 void script_budget_start(kd_script *script);

@@ -1,0 +1,307 @@
+/* The sandbox: which libraries a scenario sees, and the limits of one call into it.
+ *
+ * Instructions are counted by a hook that every coroutine inherits. Once the budget is used up the hook raises at every
+ * instruction, so that no pcall can hold the error back for ever, and the allocator refuses to grow. What could loop
+ * inside one library call, without an instruction, is replaced here and in sandbox_string.c, or charges the budget.
+ * Finalizers are refused because Lua runs them with hooks switched off. */
+#include "runtime/script/internal.h"
+
+#include <lualib.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "runtime/core/clock.h"
+#include "runtime/core/log.h"
+
+#define HOOK_PERIOD       200     /* instructions between two looks at the clock: below 1 % of the run time */
+#define BYTES_CHARGED     64      /* allocated bytes that cost as much as one instruction */
+#define MAX_LIST          4194304 /* entries of a list that one call of the table library may walk */
+
+static void *allocate(void *user, void *block, size_t old_size, size_t new_size)
+{
+    script_budget *budget = user;
+    if (!block)
+        old_size = 0; /* Lua passes a type tag here */
+    if (new_size == 0) {
+        free(block);
+        budget->memory_used -= old_size;
+        return NULL;
+    }
+    if (new_size > old_size) {
+        size_t more = new_size - old_size;
+        budget->instructions_left -= (int64_t)(more / BYTES_CHARGED);
+        if (more > budget->memory_limit - budget->memory_used) {
+            budget->over_memory = true;
+            return NULL;
+        }
+    }
+    void *grown = realloc(block, new_size);
+    if (grown)
+        budget->memory_used += new_size - old_size;
+    return grown;
+}
+
+static void raise_exhausted(lua_State *L)
+{
+    luaL_error(L, "ran for too long in one call; return from it sooner, or spread the work over several steps");
+}
+
+static void count_hook(lua_State *L, lua_Debug *activation)
+{
+    (void)activation;
+    script_budget *budget = &script_of(L)->budget;
+    budget->instructions_left -= HOOK_PERIOD;
+    if (!budget->exhausted && budget->instructions_left > 0 && kd_clock_ns() < budget->deadline_ns)
+        return;
+    budget->exhausted = true;
+    lua_sethook(L, count_hook, LUA_MASKCOUNT, 1);
+    raise_exhausted(L);
+}
+
+void script_charge(lua_State *L, int64_t instructions)
+{
+    script_budget *budget = &script_of(L)->budget;
+    budget->instructions_left -= instructions;
+    if (budget->instructions_left <= 0 || budget->exhausted) {
+        budget->exhausted = true;
+        raise_exhausted(L);
+    }
+}
+
+void script_budget_start(kd_script *script)
+{
+    script_budget *budget = &script->budget;
+    budget->instructions_left = (int64_t)script->instruction_limit;
+    budget->deadline_ns = kd_clock_ns() + script->time_limit_ns;
+    budget->exhausted = false;
+    budget->over_memory = false;
+    lua_sethook(script->L, count_hook, LUA_MASKCOUNT, HOOK_PERIOD);
+}
+
+/* ---- base library ---- */
+
+static int safe_load(lua_State *L)
+{
+    size_t size;
+    const char *text = luaL_checklstring(L, 1, &size); /* a function could feed the parser for ever */
+    const char *name = luaL_optstring(L, 2, text);
+    bool has_env = !lua_isnone(L, 4);
+    script_charge(L, (int64_t)size);
+    if (luaL_loadbufferx(L, text, size, name, "t") != LUA_OK) {
+        luaL_pushfail(L);
+        lua_insert(L, -2);
+        return 2;
+    }
+    if (has_env) {
+        lua_pushvalue(L, 4);
+        lua_setupvalue(L, -2, 1);
+    }
+    return 1;
+}
+
+static int safe_setmetatable(lua_State *L)
+{
+    luaL_checktype(L, 1, LUA_TTABLE);
+    luaL_argexpected(L, lua_isnil(L, 2) || lua_istable(L, 2), 2, "nil or table");
+    if (luaL_getmetafield(L, 1, "__metatable") != LUA_TNIL)
+        return luaL_error(L, "cannot change a protected metatable");
+    if (lua_istable(L, 2)) {
+        lua_pushliteral(L, "__gc");
+        if (lua_rawget(L, 2) != LUA_TNIL)
+            return luaL_error(L, "finalizers (__gc) are not available in scenarios; remove it");
+    }
+    lua_settop(L, 2);
+    lua_setmetatable(L, 1);
+    return 1;
+}
+
+static int print_line(lua_State *L)
+{
+    int count = lua_gettop(L);
+    luaL_Buffer line;
+    luaL_buffinit(L, &line);
+    for (int i = 1; i <= count; i++) {
+        if (i > 1)
+            luaL_addchar(&line, ' ');
+        luaL_tolstring(L, i, NULL);
+        luaL_addvalue(&line);
+    }
+    luaL_pushresult(&line);
+    kd_log(KD_LOG_INFO, "%s: %s", script_of(L)->path, lua_tostring(L, -1));
+    return 0;
+}
+
+/* Rank of a key's type: numbers, then strings, then booleans, then what has no order of its own. */
+static int key_rank(lua_State *L, int index)
+{
+    int type = lua_type(L, index);
+    return type == LUA_TNUMBER ? 0 : type == LUA_TSTRING ? 1 : type == LUA_TBOOLEAN ? 2 : 3;
+}
+
+static bool string_less(lua_State *L, int a, int b)
+{
+    size_t n, m;
+    const char *left = lua_tolstring(L, a, &n), *right = lua_tolstring(L, b, &m);
+    int order = memcmp(left, right, n < m ? n : m);
+    return order < 0 || (order == 0 && n < m);
+}
+
+static int key_less(lua_State *L)
+{
+    int a = key_rank(L, 1), b = key_rank(L, 2);
+    bool less = a < b;
+    if (a == b && a == 0)
+        less = lua_compare(L, 1, 2, LUA_OPLT) != 0;
+    if (a == b && a == 1)
+        less = string_less(L, 1, 2);
+    if (a == b && a == 2)
+        less = !lua_toboolean(L, 1) && lua_toboolean(L, 2);
+    lua_pushboolean(L, less);
+    return 1;
+}
+
+/* Upvalues: the table, its sorted keys, the number of the last one given out. */
+static int next_sorted(lua_State *L)
+{
+    lua_Integer i = lua_tointeger(L, lua_upvalueindex(3));
+    for (;;) {
+        lua_settop(L, 0);
+        if (lua_rawgeti(L, lua_upvalueindex(2), ++i) == LUA_TNIL)
+            return 1;
+        lua_pushvalue(L, 1);
+        if (lua_rawget(L, lua_upvalueindex(1)) != LUA_TNIL)
+            break; /* else removed meanwhile */
+    }
+    lua_pushinteger(L, i);
+    lua_replace(L, lua_upvalueindex(3));
+    return 2;
+}
+
+/* Lua hashes strings with a seed of its own, so that its order of keys differs between runs; ours does not. */
+static int sorted_pairs(lua_State *L)
+{
+    luaL_checkany(L, 1);
+    if (luaL_getmetafield(L, 1, "__pairs") != LUA_TNIL) {
+        lua_pushvalue(L, 1);
+        lua_call(L, 1, 3);
+        return 3;
+    }
+    luaL_checktype(L, 1, LUA_TTABLE);
+    lua_settop(L, 1);
+    lua_pushvalue(L, lua_upvalueindex(1)); /* table.sort */
+    lua_newtable(L);
+    lua_Integer count = 0;
+    for (lua_pushnil(L); lua_next(L, 1); lua_pop(L, 1)) {
+        lua_pushvalue(L, -2);
+        lua_rawseti(L, 3, ++count);
+    }
+    script_charge(L, count);
+    lua_pushvalue(L, 3);
+    lua_insert(L, 2); /* table, keys, sort, keys */
+    lua_pushcfunction(L, key_less);
+    lua_call(L, 2, 0);
+    lua_pushinteger(L, 0);
+    lua_pushcclosure(L, next_sorted, 3);
+    return 1;
+}
+
+/* ---- table and maths libraries ---- */
+
+/* Upvalue: the library's own function. Its first argument's length is what it may walk. */
+static int bounded_table_call(lua_State *L)
+{
+    lua_Integer length = lua_istable(L, 1) ? luaL_len(L, 1) : 0;
+    if (length > MAX_LIST)
+        return luaL_error(L, "a list of %I entries is too long; keep it below %d", (LUAI_UACINT)length, MAX_LIST);
+    for (int i = 2; i <= lua_gettop(L); i++) { /* ranges: table.move, table.concat, table.unpack */
+        int exact;
+        lua_Integer n = lua_tointegerx(L, i, &exact);
+        if (exact && lua_type(L, i) == LUA_TNUMBER && !lua_toboolean(L, lua_upvalueindex(2)) && (n > MAX_LIST || n < -MAX_LIST))
+            return luaL_error(L, "an index of %I is out of range; keep it below %d", (LUAI_UACINT)n, MAX_LIST);
+    }
+    script_charge(L, length > 0 ? length / 4 : 0);
+    int count = lua_gettop(L);
+    lua_pushvalue(L, lua_upvalueindex(1));
+    lua_insert(L, 1);
+    lua_call(L, count, LUA_MULTRET);
+    return lua_gettop(L);
+}
+
+static void bound_table_library(lua_State *L)
+{
+    static const char *const names[] = {"insert", "remove", "concat", "unpack", "sort", "move"};
+    lua_getglobal(L, "table");
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        lua_getfield(L, -1, names[i]);
+        lua_pushboolean(L, i < 1); /* insert's numbers may be values */
+        lua_pushcclosure(L, bounded_table_call, 2);
+        lua_setfield(L, -2, names[i]);
+    }
+    lua_pop(L, 1);
+}
+
+/* Upvalue: math.randomseed, which without argument would take the time. */
+static int seeded_randomseed(lua_State *L)
+{
+    luaL_checknumber(L, 1);
+    int count = lua_gettop(L);
+    lua_pushvalue(L, lua_upvalueindex(1));
+    lua_insert(L, 1);
+    lua_call(L, count, 0);
+    return 0;
+}
+
+static void seed_math_library(lua_State *L, uint64_t seed)
+{
+    lua_getglobal(L, "math");
+    lua_getfield(L, -1, "randomseed");
+    lua_pushvalue(L, -1);
+    lua_pushinteger(L, (lua_Integer)seed);
+    lua_call(L, 1, 0);
+    lua_pushcclosure(L, seeded_randomseed, 1);
+    lua_setfield(L, -2, "randomseed");
+    lua_pop(L, 1);
+}
+
+static void replace_base_library(lua_State *L)
+{
+    static const char *const removed[] = {"dofile", "loadfile", "collectgarbage", "warn", "require", NULL};
+    for (size_t i = 0; removed[i]; i++) {
+        lua_pushnil(L);
+        lua_setglobal(L, removed[i]);
+    }
+    lua_register(L, "load", safe_load);
+    lua_register(L, "setmetatable", safe_setmetatable);
+    lua_register(L, "print", print_line);
+    lua_getglobal(L, "table");
+    lua_getfield(L, -1, "sort");
+    lua_pushcclosure(L, sorted_pairs, 1);
+    lua_setglobal(L, "pairs");
+    lua_pop(L, 1);
+}
+
+void script_sandbox_open(lua_State *L, uint64_t seed)
+{
+    static const luaL_Reg libraries[] = {
+        {LUA_GNAME, luaopen_base},         {LUA_TABLIBNAME, luaopen_table}, {LUA_STRLIBNAME, luaopen_string},
+        {LUA_MATHLIBNAME, luaopen_math},   {LUA_UTF8LIBNAME, luaopen_utf8}, {LUA_COLIBNAME, luaopen_coroutine},
+    };
+    for (size_t i = 0; i < sizeof libraries / sizeof *libraries; i++) {
+        luaL_requiref(L, libraries[i].name, libraries[i].func, 1);
+        lua_pop(L, 1);
+    }
+    lua_pushnil(L); /* requiref's list of loaded modules */
+    lua_setfield(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
+    replace_base_library(L);
+    bound_table_library(L);
+    script_sandbox_string(L);
+    seed_math_library(L, seed);
+}
+
+lua_State *script_sandbox_make(kd_script *script)
+{
+    lua_State *L = lua_newstate(allocate, &script->budget);
+    if (L)
+        *(kd_script **)lua_getextraspace(L) = script;
+    return L;
+}
