@@ -1,0 +1,199 @@
+/* Animations. Channels that move nothing here (a node outside the scene, an unknown path) are left out. */
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "runtime/asset/gltf_loader.h"
+
+/* ---- times ---- */
+
+static kd_status load_times(gltf_loader *l, int accessor, const char *where, kd_channel_desc *out)
+{
+    gltf_span span;
+    kd_status status = gltf_span_of(l, accessor, where, &span);
+    if (status)
+        return status;
+    if (span.component != GLTF_FLOAT || span.width != 1)
+        return gltf_fail(l, KD_BAD_FORMAT, "times are not single floats (%s, accessor %d); export the model again", where, accessor);
+    float *times;
+    status = gltf_alloc(l, &l->kept, span.count, sizeof *times, &times);
+    if (!status)
+        status = gltf_read_floats(l, &span, NULL, span.count, times, 1, where);
+    if (status)
+        return status;
+    for (uint32_t i = 0; i < span.count; i++)
+        if (times[i] < 0 || (i && times[i] <= times[i - 1]))
+            return gltf_fail(l, KD_BAD_FORMAT, "key %u does not follow the one before in time (%s, accessor %d); export the model again",
+                             i, where, accessor);
+    out->times = times;
+    out->key_count = span.count;
+    return KD_OK;
+}
+
+/* ---- values ---- */
+
+static uint32_t values_a_key(const kd_channel_desc *c)
+{
+    return c->interpolation == KD_INTERPOLATE_CUBIC ? 3 : 1;
+}
+
+/* Quaternions of unit length; those without length become no rotation. The tangents of a cubic key stay as they are. */
+static uint32_t normalize_rotations(const kd_channel_desc *c, float *values)
+{
+    uint32_t per_key = values_a_key(c), bad = 0;
+    for (uint32_t k = 0; k < c->key_count; k++) {
+        float *q = values + ((size_t)k * per_key + per_key / 2) * 4;
+        float length = sqrtf(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+        bool usable = length > 1e-6f && isfinite(length);
+        for (int i = 0; i < 4; i++)
+            q[i] = usable ? q[i] / length : (float)(i == 3);
+        bad += !usable;
+    }
+    return bad;
+}
+
+static kd_status check_values(gltf_loader *l, const gltf_span *span, const kd_channel_desc *c, const char *where, int accessor)
+{
+    bool small = c->path == KD_PATH_ROTATION || c->path == KD_PATH_WEIGHTS; /* may be normalised integers */
+    int width = c->path == KD_PATH_WEIGHTS ? 1 : (int)c->width;
+    if (span->width != width || (span->component != GLTF_FLOAT && !(small && span->normalized && span->component != GLTF_UINT)))
+        return gltf_fail(l, KD_BAD_FORMAT, "values have a type that the path may not have (%s, accessor %d); export the model again",
+                         where, accessor);
+    uint64_t wanted = (uint64_t)c->key_count * values_a_key(c) * (c->path == KD_PATH_WEIGHTS ? c->width : 1);
+    if (span->count != wanted)
+        return gltf_fail(l, KD_BAD_FORMAT, "%u values where %llu are wanted (%s, accessor %d); export the model again", span->count,
+                         (unsigned long long)wanted, where, accessor);
+    return KD_OK;
+}
+
+static kd_status load_values(gltf_loader *l, int accessor, const char *where, kd_channel_desc *out)
+{
+    gltf_span span;
+    kd_status status = gltf_span_of(l, accessor, where, &span);
+    if (!status)
+        status = check_values(l, &span, out, where, accessor);
+    float *values;
+    if (!status)
+        status = gltf_alloc(l, &l->kept, (size_t)span.count * (uint32_t)span.width, sizeof *values, &values);
+    if (!status)
+        status = gltf_read_floats(l, &span, NULL, span.count, values, (uint32_t)span.width, where);
+    if (status)
+        return status;
+    uint32_t bad = out->path == KD_PATH_ROTATION ? normalize_rotations(out, values) : 0;
+    if (bad)
+        gltf_warn(l, "%s: %u rotations have no length and are taken as none", where, bad);
+    out->values = values;
+    return KD_OK;
+}
+
+/* ---- channels ---- */
+
+static kd_status set_interpolation(gltf_loader *l, const char *name, const char *where, kd_interpolation *out)
+{
+    if (strcmp(name, "LINEAR") == 0)
+        *out = KD_INTERPOLATE_LINEAR;
+    else if (strcmp(name, "STEP") == 0)
+        *out = KD_INTERPOLATE_STEP;
+    else if (strcmp(name, "CUBICSPLINE") == 0)
+        *out = KD_INTERPOLATE_CUBIC;
+    else
+        return gltf_fail(l, KD_BAD_FORMAT, "'%.40s' is no interpolation (%s); use LINEAR, STEP or CUBICSPLINE", name, where);
+    return KD_OK;
+}
+
+static bool find_path(const char *name, kd_channel_path *out)
+{
+    static const char *const names[] = {"translation", "rotation", "scale", "weights"};
+    for (int i = 0; i < 4; i++)
+        if (strcmp(name, names[i]) == 0) {
+            *out = (kd_channel_path)i;
+            return true;
+        }
+    return false;
+}
+
+/* Decide what a channel moves. Returns false, after a warning where it matters, when it is left out. */
+static bool find_target(gltf_loader *l, const gltf_channel *c, const char *where, kd_channel_desc *out)
+{
+    out->node = l->node_of[c->node];
+    if (out->node == KD_NONE)
+        return false;
+    if (!find_path(c->path, &out->path)) {
+        gltf_warn(l, "%s: the path '%.40s' is not animated", where, c->path);
+        return false;
+    }
+    const kd_node_desc *node = &l->model->nodes[out->node];
+    if (out->path != KD_PATH_WEIGHTS && node->has_matrix) {
+        gltf_warn(l, "%s: the node has a matrix with shear and is not animated", where);
+        return false;
+    }
+    out->width = out->path == KD_PATH_ROTATION ? 4 : out->path == KD_PATH_WEIGHTS ? node->morph_count : 3;
+    if (!out->width)
+        gltf_warn(l, "%s: the node has no morph targets", where);
+    return out->width > 0;
+}
+
+static bool is_repeated(const kd_clip_desc *clip, const kd_channel_desc *channel)
+{
+    for (uint32_t i = 0; i < clip->channel_count; i++)
+        if (clip->channels[i].node == channel->node && clip->channels[i].path == channel->path)
+            return true;
+    return false;
+}
+
+static kd_status load_channel(gltf_loader *l, const gltf_clip *from, size_t clip_index, size_t index, kd_clip_desc *clip)
+{
+    const gltf_channel *c = &from->channels[index];
+    char where[80];
+    snprintf(where, sizeof where, "animations[%zu].channels[%zu]", clip_index, index);
+    if (c->sampler < 0 || (size_t)c->sampler >= from->curve_count)
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no sampler %d (%s); export the model again", c->sampler, where);
+    if (c->node < 0)
+        return c->node == -1 ? KD_OK : gltf_fail(l, KD_BAD_FORMAT, "there is no node %d (%s.target); export the model again", c->node, where);
+    if ((size_t)c->node >= l->doc.node_count)
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no node %d (%s.target); export the model again", c->node, where);
+    kd_channel_desc out = {0};
+    if (!find_target(l, c, where, &out))
+        return KD_OK;
+    if (is_repeated(clip, &out)) {
+        gltf_warn(l, "%s: the same path of the same node is animated before; left out", where);
+        return KD_OK;
+    }
+    const gltf_curve *curve = &from->curves[c->sampler];
+    snprintf(where, sizeof where, "animations[%zu].samplers[%d]", clip_index, c->sampler);
+    kd_status status = set_interpolation(l, curve->interpolation, where, &out.interpolation);
+    if (!status)
+        status = load_times(l, curve->input, where, &out);
+    if (!status)
+        status = load_values(l, curve->output, where, &out);
+    if (status)
+        return status;
+    kd_channel_desc *channels = (kd_channel_desc *)clip->channels; /* made by load_clip, const for readers */
+    channels[clip->channel_count++] = out;
+    clip->duration = fmaxf(clip->duration, out.times[out.key_count - 1]);
+    return KD_OK;
+}
+
+static kd_status load_clip(gltf_loader *l, size_t index, kd_clip_desc *out)
+{
+    const gltf_clip *from = &l->doc.clips[index];
+    kd_channel_desc *channels;
+    out->name = gltf_name(l, from->name, "clip", index);
+    kd_status status = gltf_alloc(l, &l->kept, from->channel_count, sizeof *channels, &channels);
+    out->channels = channels;
+    for (size_t i = 0; !status && i < from->channel_count; i++)
+        status = load_channel(l, from, index, i, out);
+    return status;
+}
+
+kd_status gltf_load_clips(gltf_loader *l)
+{
+    kd_clip_desc *clips;
+    kd_status status = gltf_alloc(l, &l->kept, l->doc.clip_count, sizeof *clips, &clips);
+    for (size_t i = 0; !status && i < l->doc.clip_count; i++)
+        status = load_clip(l, i, &clips[i]);
+    l->model->clips = clips;
+    l->model->clip_count = (uint32_t)l->doc.clip_count;
+    return status;
+}

@@ -1,0 +1,65 @@
+#include "runtime/asset/gltf_loader.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "runtime/core/log.h"
+
+kd_status gltf_fail(gltf_loader *l, kd_status status, const char *format, ...)
+{
+    char text[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    return kd_fail(status, "%s: %s", l->path, text);
+}
+
+void gltf_warn(gltf_loader *l, const char *format, ...)
+{
+    if (l->model->warning_count == GLTF_WARNINGS_MAX) {
+        l->warnings_dropped++;
+        return;
+    }
+    char text[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    const char *copy = kd_arena_printf(&l->kept, "%s", text);
+    if (copy)
+        l->warnings[l->model->warning_count++] = copy;
+}
+
+kd_status gltf_alloc(gltf_loader *l, kd_arena *arena, size_t count, size_t size, void *out)
+{
+    void *memory = NULL;
+    memcpy(out, &memory, sizeof memory); /* `out` is the address of a pointer of any type */
+    if (size && count > GLTF_BYTES_MAX / size)
+        return gltf_fail(l, KD_TOO_LARGE, "the model needs more than 2 GiB; split it");
+    l->bytes += (uint64_t)count * size;
+    if (l->bytes > GLTF_BYTES_MAX)
+        return gltf_fail(l, KD_TOO_LARGE, "the model needs more than 2 GiB; split it");
+    memory = kd_arena_alloc(arena, count * size + 1);
+    memcpy(out, &memory, sizeof memory);
+    return memory ? KD_OK : gltf_fail(l, KD_NO_MEMORY, "out of memory for %zu bytes", count * size);
+}
+
+const char *gltf_name(gltf_loader *l, const char *name, const char *kind, size_t index)
+{
+    if (name && *name)
+        return kd_arena_printf(&l->kept, "%s", name);
+    return kd_arena_printf(&l->kept, "%s %zu", kind, index);
+}
+
+bool gltf_floats(const double *from, size_t count, float *to)
+{
+    for (size_t i = 0; i < count; i++) {
+        to[i] = (float)from[i];
+        if (!isfinite(to[i]))
+            return false;
+    }
+    return true;
+}

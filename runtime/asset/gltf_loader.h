@@ -1,0 +1,91 @@
+#ifndef KD_ASSET_GLTF_LOADER_H
+#define KD_ASSET_GLTF_LOADER_H
+
+/* One load in progress: the unchecked document on one side, the model being made on the other. Every gltf_load_… step
+ * checks what it reads, and logs exactly one message when it fails. */
+
+#include "runtime/asset/gltf_document.h"
+#include "runtime/asset/model.h"
+
+/* Everything a model may cost, files included: the loader's promise against runaway memory. */
+#define GLTF_BYTES_MAX ((uint64_t)2 << 30)
+/* GPU index arithmetic and voxel caches count vertices of a primitive in 32 bits with room to spare. */
+#define GLTF_VERTICES_MAX (64u << 20)
+/* Joint indices are 16 bits wide in the file format. */
+#define GLTF_JOINTS_MAX 65535u
+/* Weights of one mesh: the largest face rigs have some hundreds. */
+#define GLTF_MORPHS_MAX 4096u
+/* Warnings beyond these are counted in one last line. */
+#define GLTF_WARNINGS_MAX 64u
+
+/* An accessor whose bytes are known to lie inside their buffer. */
+typedef struct gltf_span {
+    const uint8_t *base;
+    size_t stride; /* 0: all elements are one zero */
+    uint32_t count;
+    int component, width;
+    bool normalized;
+} gltf_span;
+
+/* What the meshes keep for the checks of skins, beside each kd_primitive_desc. */
+typedef struct gltf_mesh_facts {
+    uint32_t max_joint; /* largest joint index with a weight, over all primitives */
+    bool skinned;
+} gltf_mesh_facts;
+
+typedef struct gltf_loader {
+    const char *path;
+    kd_arena kept, scratch; /* the model's memory; what ends with the load */
+    uint64_t bytes;         /* given out, against GLTF_BYTES_MAX */
+    gltf_document doc;
+    gltf_chunks chunks;
+    kd_model *model;
+    gltf_span *spans;        /* [accessor_count], base NULL until checked */
+    uint32_t *image_of;      /* [doc.image_count] index in the model, KD_NONE: not in use */
+    uint32_t *node_of;       /* [doc.node_count] index in the model, KD_NONE: in no scene */
+    gltf_mesh_facts *facts;  /* [doc.mesh_count] */
+    const char **warnings;   /* [GLTF_WARNINGS_MAX + 1] */
+    uint32_t warnings_dropped;
+} gltf_loader;
+
+/* ---- messages and memory ---- */
+
+/** Log `PATH: …` as the one error message. Returns status. */
+kd_status gltf_fail(gltf_loader *l, kd_status status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+/** Note a warning in the model. */
+void gltf_warn(gltf_loader *l, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/** Give out zeroed memory; *out is NULL after an error. Errors KD_TOO_LARGE, KD_NO_MEMORY with a message. */
+kd_status gltf_alloc(gltf_loader *l, kd_arena *arena, size_t count, size_t size, void *out);
+/** Name a thing of the model: its own name, or "kind N". NULL when memory is out. */
+const char *gltf_name(gltf_loader *l, const char *name, const char *kind, size_t index);
+/** Narrow and check numbers; false if one is not finite as a float. */
+bool gltf_floats(const double *from, size_t count, float *to);
+
+/* ---- accessors ---- */
+
+/** Check an accessor once and give its span. `where` names the user of it in messages. */
+kd_status gltf_span_of(gltf_loader *l, int accessor, const char *where, gltf_span *out);
+/** Read elements as floats: element first + i, or select[i] when select is given; missing components stay as they are.
+ *  Shapes out: count rows of row_floats. Errors KD_BAD_FORMAT for NaN and infinity. */
+kd_status gltf_read_floats(gltf_loader *l, const gltf_span *span, const uint32_t *select, uint32_t count, float *out,
+                           uint32_t row_floats, const char *where);
+/** Read one component of an element of integers. */
+uint32_t gltf_read_uint(const gltf_span *span, uint32_t element, int component);
+
+/* ---- steps, in this order ---- */
+kd_status gltf_load_buffers(gltf_loader *l);
+kd_status gltf_load_materials(gltf_loader *l);
+kd_status gltf_load_meshes(gltf_loader *l);
+kd_status gltf_load_cameras(gltf_loader *l);
+kd_status gltf_load_lights(gltf_loader *l);
+kd_status gltf_load_nodes(gltf_loader *l);
+kd_status gltf_load_skins(gltf_loader *l);
+kd_status gltf_load_clips(gltf_loader *l);
+
+/* ---- shared by steps ---- */
+
+/** Resolve a URI: a data URI is decoded, anything else is a file beside the model.
+ *  Owns bytes lie in the scratch arena. Errors with a message naming `where`. */
+kd_status gltf_load_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes, size_t *size);
+
+#endif

@@ -1,0 +1,415 @@
+/* The only place that speaks C++ with tinygltf: scanned JSON text in, plain C rows out. tinygltf gets no file access, no
+ * images and no buffers (gltf_scan.h tells why); what it does not check is checked in C by those who read the rows. */
+
+#include "runtime/asset/gltf_document.h"
+
+#include <cstring>
+#include <exception>
+#include <fstream> /* tinygltf's writers need it */
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#define TINYGLTF_IMPLEMENTATION
+#define TINYGLTF_NO_STB_IMAGE
+#define TINYGLTF_NO_STB_IMAGE_WRITE
+#define TINYGLTF_NO_EXTERNAL_IMAGE
+#define TINYGLTF_NO_FS
+#include <tiny_gltf.h>
+
+namespace {
+
+struct malformed : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/* Copies tinygltf's containers into the arena. */
+struct copier {
+    kd_arena *arena;
+
+    template <typename T> T *rows(size_t count)
+    {
+        void *memory = kd_arena_alloc(arena, sizeof(T) * (count ? count : 1));
+        if (!memory)
+            throw std::bad_alloc();
+        return static_cast<T *>(memory);
+    }
+
+    const char *text(const std::string &from)
+    {
+        char *copy = rows<char>(from.size() + 1);
+        std::memcpy(copy, from.c_str(), from.size() + 1);
+        return copy;
+    }
+
+    gltf_ints ints(const std::vector<int> &from)
+    {
+        int *copy = rows<int>(from.size());
+        for (size_t i = 0; i < from.size(); i++)
+            copy[i] = from[i];
+        return {copy, from.size()};
+    }
+
+    gltf_reals reals(const std::vector<double> &from)
+    {
+        double *copy = rows<double>(from.size());
+        for (size_t i = 0; i < from.size(); i++)
+            copy[i] = from[i];
+        return {copy, from.size()};
+    }
+
+    gltf_strings strings(const std::vector<std::string> &from)
+    {
+        const char **copy = rows<const char *>(from.size());
+        for (size_t i = 0; i < from.size(); i++)
+            copy[i] = text(from[i]);
+        return {copy, from.size()};
+    }
+
+    gltf_attributes attributes(const std::map<std::string, int> &from)
+    {
+        gltf_attribute *copy = rows<gltf_attribute>(from.size());
+        size_t i = 0;
+        for (const auto &pair : from)
+            copy[i++] = {text(pair.first), pair.second};
+        return {copy, from.size()};
+    }
+
+    /* Fill one row for each element with `fill(row, element)`. */
+    template <typename Row, typename From, typename Fill> size_t each(Row *&out, const From &from, Fill fill)
+    {
+        out = rows<Row>(from.size());
+        for (size_t i = 0; i < from.size(); i++)
+            fill(out[i], from[i]);
+        return from.size();
+    }
+};
+
+const tinygltf::Value *member(const tinygltf::Value &object, const char *name)
+{
+    return object.Has(name) ? &object.Get(name) : nullptr;
+}
+
+double number(const tinygltf::Value &object, const char *name, double missing)
+{
+    const tinygltf::Value *value = member(object, name);
+    return value && value->IsNumber() ? value->GetNumberAsDouble() : missing;
+}
+
+int index(const tinygltf::Value &object, const char *name, int missing)
+{
+    const tinygltf::Value *value = member(object, name);
+    return value && value->IsInt() ? value->GetNumberAsInt() : missing;
+}
+
+void pair(const tinygltf::Value &object, const char *name, double out[2])
+{
+    const tinygltf::Value *value = member(object, name);
+    if (!value)
+        return;
+    if (!value->IsArray() || value->ArrayLen() != 2 || !value->Get(0).IsNumber() || !value->Get(1).IsNumber())
+        throw malformed(std::string("KHR_texture_transform: '") + name + "' is not a pair of numbers");
+    out[0] = value->Get(0).GetNumberAsDouble();
+    out[1] = value->Get(1).GetNumberAsDouble();
+}
+
+template <typename Info> gltf_texture_use texture_use(const Info &from, double strength)
+{
+    gltf_texture_use use = {from.index, from.texCoord, strength, {0, 0}, {1, 1}, 0};
+    auto it = from.extensions.find("KHR_texture_transform");
+    if (it == from.extensions.end())
+        return use;
+    pair(it->second, "offset", use.offset);
+    pair(it->second, "scale", use.scale);
+    use.rotation = number(it->second, "rotation", 0);
+    use.uv_set = index(it->second, "texCoord", use.uv_set);
+    return use;
+}
+
+void copy_material(copier &to, gltf_material &out, const tinygltf::Material &from)
+{
+    const auto &pbr = from.pbrMetallicRoughness;
+    out.name = to.text(from.name);
+    out.alpha_mode = to.text(from.alphaMode);
+    for (size_t i = 0; i < 4; i++)
+        out.base_color[i] = pbr.baseColorFactor.at(i);
+    for (size_t i = 0; i < 3; i++)
+        out.emissive[i] = from.emissiveFactor.at(i);
+    out.metallic = pbr.metallicFactor;
+    out.roughness = pbr.roughnessFactor;
+    out.alpha_cutoff = from.alphaCutoff;
+    auto strength = from.extensions.find("KHR_materials_emissive_strength");
+    out.emissive_strength =
+        strength == from.extensions.end() ? 1 : number(strength->second, "emissiveStrength", 1);
+    out.base_color_map = texture_use(pbr.baseColorTexture, 1);
+    out.metallic_roughness_map = texture_use(pbr.metallicRoughnessTexture, 1);
+    out.normal_map = texture_use(from.normalTexture, from.normalTexture.scale);
+    out.occlusion_map = texture_use(from.occlusionTexture, from.occlusionTexture.strength);
+    out.emissive_map = texture_use(from.emissiveTexture, 1);
+    out.double_sided = from.doubleSided;
+    out.unlit = from.extensions.count("KHR_materials_unlit") != 0;
+}
+
+void copy_accessor(gltf_accessor &out, const tinygltf::Accessor &from)
+{
+    out.view = from.bufferView;
+    out.offset = from.byteOffset;
+    out.count = from.count;
+    out.component = from.componentType;
+    out.width = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(from.type));
+    out.matrix = from.type >= TINYGLTF_TYPE_MAT2 && from.type <= TINYGLTF_TYPE_MAT4;
+    out.normalized = from.normalized;
+    out.sparse = from.sparse.isSparse;
+    if (!out.sparse)
+        return;
+    out.sparse_count = from.sparse.count;
+    out.sparse_index_view = from.sparse.indices.bufferView;
+    out.sparse_index_offset = from.sparse.indices.byteOffset;
+    out.sparse_index_component = from.sparse.indices.componentType;
+    out.sparse_value_view = from.sparse.values.bufferView;
+    out.sparse_value_offset = from.sparse.values.byteOffset;
+}
+
+void copy_primitive(copier &to, gltf_primitive &out, const tinygltf::Primitive &from)
+{
+    out.attributes = to.attributes(from.attributes);
+    gltf_attributes *targets = nullptr;
+    out.target_count = to.each(targets, from.targets, [&](gltf_attributes &row, const std::map<std::string, int> &t) {
+        row = to.attributes(t);
+    });
+    out.targets = targets;
+    out.material = from.material;
+    out.indices = from.indices;
+    out.mode = from.mode;
+}
+
+void copy_mesh(copier &to, gltf_mesh &out, const tinygltf::Mesh &from)
+{
+    out.name = to.text(from.name);
+    gltf_primitive *primitives = nullptr;
+    out.primitive_count = to.each(primitives, from.primitives, [&](gltf_primitive &row, const tinygltf::Primitive &p) {
+        copy_primitive(to, row, p);
+    });
+    out.primitives = primitives;
+    out.weights = to.reals(from.weights);
+}
+
+void copy_node(copier &to, gltf_node &out, const tinygltf::Node &from)
+{
+    out.name = to.text(from.name);
+    out.mesh = from.mesh;
+    out.skin = from.skin;
+    out.camera = from.camera;
+    auto light = from.extensions.find("KHR_lights_punctual");
+    out.light = light == from.extensions.end() ? -1 : index(light->second, "light", -2);
+    out.children = to.ints(from.children);
+    out.matrix = to.reals(from.matrix);
+    out.translation = to.reals(from.translation);
+    out.rotation = to.reals(from.rotation);
+    out.scale = to.reals(from.scale);
+    out.weights = to.reals(from.weights);
+}
+
+void copy_camera(copier &to, gltf_camera &out, const tinygltf::Camera &from)
+{
+    out.name = to.text(from.name);
+    out.orthographic = from.type == "orthographic";
+    out.fov_y = from.perspective.yfov;
+    out.aspect = from.perspective.aspectRatio;
+    out.x_mag = from.orthographic.xmag;
+    out.y_mag = from.orthographic.ymag;
+    out.z_near = out.orthographic ? from.orthographic.znear : from.perspective.znear;
+    out.z_far = out.orthographic ? from.orthographic.zfar : from.perspective.zfar;
+}
+
+void copy_light(copier &to, gltf_light &out, const tinygltf::Light &from)
+{
+    out.name = to.text(from.name);
+    out.type = to.text(from.type);
+    out.color = to.reals(from.color);
+    out.intensity = from.intensity;
+    out.range = from.range;
+    out.inner_cone = from.spot.innerConeAngle;
+    out.outer_cone = from.spot.outerConeAngle;
+}
+
+void copy_clip(copier &to, gltf_clip &out, const tinygltf::Animation &from)
+{
+    out.name = to.text(from.name);
+    gltf_channel *channels = nullptr;
+    out.channel_count = to.each(channels, from.channels, [&](gltf_channel &row, const tinygltf::AnimationChannel &c) {
+        row = {c.sampler, c.target_node, to.text(c.target_path)};
+    });
+    out.channels = channels;
+    gltf_curve *curves = nullptr;
+    out.curve_count = to.each(curves, from.samplers, [&](gltf_curve &row, const tinygltf::AnimationSampler &s) {
+        row = {s.input, s.output, to.text(s.interpolation)};
+    });
+    out.curves = curves;
+}
+
+void copy_scene_graph(copier &to, gltf_document &out, const tinygltf::Model &from)
+{
+    out.node_count = to.each(out.nodes, from.nodes, [&](gltf_node &row, const tinygltf::Node &n) { copy_node(to, row, n); });
+    out.skin_count = to.each(out.skins, from.skins, [&](gltf_skin &row, const tinygltf::Skin &s) {
+        row = {to.text(s.name), to.ints(s.joints), s.inverseBindMatrices};
+    });
+    out.camera_count =
+        to.each(out.cameras, from.cameras, [&](gltf_camera &row, const tinygltf::Camera &c) { copy_camera(to, row, c); });
+    out.light_count =
+        to.each(out.lights, from.lights, [&](gltf_light &row, const tinygltf::Light &l) { copy_light(to, row, l); });
+    out.clip_count =
+        to.each(out.clips, from.animations, [&](gltf_clip &row, const tinygltf::Animation &a) { copy_clip(to, row, a); });
+    out.scene_count =
+        to.each(out.scenes, from.scenes, [&](gltf_ints &row, const tinygltf::Scene &s) { row = to.ints(s.nodes); });
+    out.default_scene = from.defaultScene;
+}
+
+void copy_model(copier &to, gltf_document &out, const tinygltf::Model &from)
+{
+    out.version = to.text(from.asset.version);
+    out.min_version = to.text(from.asset.minVersion);
+    out.generator = to.text(from.asset.generator);
+    out.extensions_used = to.strings(from.extensionsUsed);
+    out.extensions_required = to.strings(from.extensionsRequired);
+    out.view_count = to.each(out.views, from.bufferViews, [&](gltf_view &row, const tinygltf::BufferView &v) {
+        row = {v.buffer, v.byteOffset, v.byteLength, v.byteStride};
+    });
+    out.accessor_count = to.each(out.accessors, from.accessors,
+                                 [&](gltf_accessor &row, const tinygltf::Accessor &a) { copy_accessor(row, a); });
+    out.mesh_count = to.each(out.meshes, from.meshes, [&](gltf_mesh &row, const tinygltf::Mesh &m) { copy_mesh(to, row, m); });
+    out.material_count = to.each(out.materials, from.materials, [&](gltf_material &row, const tinygltf::Material &m) {
+        copy_material(to, row, m);
+    });
+    out.texture_count = to.each(out.textures, from.textures, [&](gltf_texture &row, const tinygltf::Texture &t) {
+        row = {t.sampler, t.source};
+    });
+    out.sampler_count = to.each(out.samplers, from.samplers, [&](gltf_sampler &row, const tinygltf::Sampler &s) {
+        row = {s.magFilter, s.minFilter, s.wrapS, s.wrapT};
+    });
+    copy_scene_graph(to, out, from);
+}
+
+/* A string member, or NULL when it is missing. */
+const char *string_member(copier &to, const nlohmann::json &object, const char *name, const std::string &where)
+{
+    auto it = object.find(name);
+    if (it == object.end())
+        return nullptr;
+    if (!it->is_string())
+        throw malformed("'" + std::string(name) + "' is not a string (" + where + ")");
+    return to.text(it->get_ref<const std::string &>());
+}
+
+nlohmann::json parse_list(const char *text, size_t size, const char *name)
+{
+    if (!text)
+        return nlohmann::json::array();
+    nlohmann::json list = nlohmann::json::parse(text, text + size);
+    if (!list.is_array())
+        throw malformed(std::string("'") + name + "' is not a list");
+    return list;
+}
+
+void copy_buffers(copier &to, gltf_document &out, const gltf_scan *scan)
+{
+    nlohmann::json list = parse_list(scan->buffers, scan->buffers_size, "buffers");
+    out.buffers = to.rows<gltf_buffer>(list.size());
+    for (const auto &item : list) {
+        std::string where = "buffers[" + std::to_string(out.buffer_count) + "]";
+        gltf_buffer &row = out.buffers[out.buffer_count++];
+        if (!item.is_object())
+            throw malformed("an entry is not an object (" + where + ")");
+        auto length = item.find("byteLength");
+        if (length == item.end() || !length->is_number_unsigned())
+            throw malformed("'byteLength' is missing or not a positive integer (" + where + ")");
+        row.byte_length = length->get<uint64_t>();
+        row.uri = string_member(to, item, "uri", where);
+    }
+}
+
+void copy_images(copier &to, gltf_document &out, const gltf_scan *scan)
+{
+    nlohmann::json list = parse_list(scan->images, scan->images_size, "images");
+    out.images = to.rows<gltf_image>(list.size());
+    for (const auto &item : list) {
+        std::string where = "images[" + std::to_string(out.image_count) + "]";
+        gltf_image &row = out.images[out.image_count++];
+        if (!item.is_object())
+            throw malformed("an entry is not an object (" + where + ")");
+        row.name = string_member(to, item, "name", where);
+        row.uri = string_member(to, item, "uri", where);
+        row.mime = string_member(to, item, "mimeType", where);
+        auto view = item.find("bufferView");
+        row.view = view == item.end() ? -1 : view->is_number_integer() ? view->get<int>() : -2;
+        if (!row.uri == (row.view == -1))
+            throw malformed("exactly one of 'uri' and 'bufferView' must be there (" + where + ")");
+    }
+}
+
+/* tinygltf writes an error and goes on where the format allows what it saw: a skin without inverse bind matrices, a
+ * channel without a node. Such a channel it drops, as the format asks. */
+std::string real_errors(std::string text)
+{
+    static const char *const harmless[] = {
+        "'inverseBindMatrices' property is missing in Skin.\n",
+        "'node' property is missing.\n`node` field is missing in animation.channels.target\n",
+    };
+    for (const char *message : harmless)
+        for (size_t at; (at = text.find(message)) != std::string::npos;)
+            text.erase(at, std::strlen(message));
+    return text;
+}
+
+void parse(copier &to, gltf_document &out, const char *text, size_t size, const gltf_scan *scan)
+{
+    tinygltf::TinyGLTF loader;
+    tinygltf::Model model;
+    std::string error, warning;
+    bool done = loader.LoadASCIIFromString(&model, &error, &warning, text, static_cast<unsigned int>(size), "");
+    error = real_errors(error);
+    if (!done && error.empty())
+        error = "a required property is missing or has the wrong type";
+    if (!error.empty())
+        throw malformed(error);
+    copy_model(to, out, model);
+    copy_buffers(to, out, scan);
+    copy_images(to, out, scan);
+}
+
+/* One line, without control characters, short enough for a terminal. */
+void say(char *out, size_t size, const char *text)
+{
+    size_t n = 0;
+    for (; *text && *text != '\n' && n + 1 < size && n < 200; text++)
+        out[n++] = static_cast<unsigned char>(*text) < 32 ? ' ' : *text;
+    while (n && (out[n - 1] == ' ' || out[n - 1] == '.'))
+        n--;
+    out[n] = 0;
+}
+
+} /* namespace */
+
+extern "C" kd_status gltf_parse(const char *text, size_t size, const gltf_scan *scan, kd_arena *arena,
+                                gltf_document *out, char *error, size_t error_size)
+{
+    *out = {};
+    copier to{arena};
+    try {
+        parse(to, *out, text, size, scan);
+        return KD_OK;
+    } catch (const std::bad_alloc &) {
+        say(error, error_size, "out of memory while reading the structure");
+        return KD_NO_MEMORY;
+    } catch (const std::length_error &) {
+        say(error, error_size, "a count is too large");
+        return KD_TOO_LARGE;
+    } catch (const std::exception &e) {
+        say(error, error_size, e.what());
+        return KD_BAD_FORMAT;
+    } catch (...) {
+        say(error, error_size, "the structure cannot be read");
+        return KD_BAD_FORMAT;
+    }
+}

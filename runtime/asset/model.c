@@ -1,0 +1,168 @@
+/* A load from beginning to end: read, split, scan, parse, check and convert, measure. The model owns one arena, which
+ * stands in the model itself. */
+
+#include "runtime/asset/model.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "runtime/asset/gltf_loader.h"
+#include "runtime/asset/model_bounds.h"
+#include "runtime/core/file.h"
+
+#define BLOCK_BYTES ((size_t)256 << 10)
+
+/* ---- the head of the file ---- */
+
+static bool is_supported(const char *extension)
+{
+    static const char *const supported[] = {"KHR_lights_punctual", "KHR_materials_emissive_strength",
+                                            "KHR_texture_transform", "KHR_mesh_quantization", "KHR_materials_unlit"};
+    for (size_t i = 0; i < sizeof supported / sizeof *supported; i++)
+        if (strcmp(extension, supported[i]) == 0)
+            return true;
+    return false;
+}
+
+static kd_status check_extensions(gltf_loader *l)
+{
+    gltf_strings required = l->doc.extensions_required, used = l->doc.extensions_used;
+    for (size_t i = 0; i < required.count; i++)
+        if (!is_supported(required.at[i]))
+            return gltf_fail(l, KD_UNSUPPORTED, "the model requires the extension '%.60s', which is not read (extensionsRequired); export it without",
+                             required.at[i]);
+    const char **names;
+    kd_status status = gltf_alloc(l, &l->kept, used.count + 1, sizeof *names, &names);
+    for (size_t i = 0; !status && i < used.count; i++) {
+        names[i] = kd_arena_printf(&l->kept, "%s", used.at[i]);
+        if (!is_supported(used.at[i]))
+            gltf_warn(l, "the optional extension '%.60s' is not read", used.at[i]);
+    }
+    l->model->extensions_used = names;
+    return status;
+}
+
+/* "2.1" may be read as 2.0 unless minVersion says otherwise (glTF 2.0, section 3.2). */
+static kd_status check_version(gltf_loader *l)
+{
+    const char *version = l->doc.version, *min = l->doc.min_version;
+    if (strncmp(version, "2.", 2) != 0)
+        return gltf_fail(l, KD_UNSUPPORTED, "the file is glTF '%.20s' (asset.version); export it as glTF 2.0", version);
+    if (*min && strcmp(min, "2.0") != 0)
+        return gltf_fail(l, KD_UNSUPPORTED, "the file needs a reader of glTF '%.20s' (asset.minVersion); export it as glTF 2.0", min);
+    return KD_OK;
+}
+
+/* ---- steps ---- */
+
+static kd_status parse_file(gltf_loader *l, uint8_t *bytes, size_t size)
+{
+    char error[256] = "";
+    gltf_scan scan = {0};
+    kd_status status = gltf_split(bytes, size, &l->chunks, error, sizeof error);
+    if (!status)
+        status = gltf_scan_json(l->chunks.json, l->chunks.json_size, &scan, error, sizeof error);
+    if (!status)
+        status = gltf_parse(l->chunks.json, l->chunks.json_size, &scan, &l->scratch, &l->doc, error, sizeof error);
+    free(scan.copy);
+    return status ? gltf_fail(l, status, "%s; export the model again", error) : KD_OK;
+}
+
+static kd_status make_tables(gltf_loader *l)
+{
+    kd_status status = gltf_alloc(l, &l->scratch, l->doc.accessor_count, sizeof *l->spans, &l->spans);
+    if (!status)
+        status = gltf_alloc(l, &l->scratch, l->doc.image_count, sizeof *l->image_of, &l->image_of);
+    if (!status)
+        status = gltf_alloc(l, &l->scratch, l->doc.node_count, sizeof *l->node_of, &l->node_of);
+    if (status)
+        return status;
+    memset(l->image_of, 0xff, l->doc.image_count * sizeof *l->image_of);
+    memset(l->node_of, 0xff, l->doc.node_count * sizeof *l->node_of);
+    l->model->generator = gltf_name(l, l->doc.generator, "unknown generator", 0);
+    return KD_OK;
+}
+
+static kd_status measure(gltf_loader *l)
+{
+    if (!model_measure(l->model, &l->scratch))
+        return gltf_fail(l, KD_BAD_FORMAT, "the transforms carry vertices beyond what numbers hold (nodes); make the model smaller");
+    if (!l->model->triangle_count)
+        return gltf_fail(l, KD_BAD_FORMAT, "the model holds no triangles in its scene; there is nothing to draw");
+    return KD_OK;
+}
+
+static kd_status convert(gltf_loader *l)
+{
+    static kd_status (*const steps[])(gltf_loader *) = {
+        check_version,     check_extensions, make_tables,      gltf_load_buffers, gltf_load_materials, gltf_load_meshes,
+        gltf_load_cameras, gltf_load_lights, gltf_load_nodes,  gltf_load_skins,   gltf_load_clips,     measure,
+    };
+    kd_status status = KD_OK;
+    for (size_t i = 0; !status && i < sizeof steps / sizeof *steps; i++)
+        status = steps[i](l);
+    if (!status && l->warnings_dropped) {
+        const char *last = kd_arena_printf(&l->kept, "%u more warnings", l->warnings_dropped);
+        if (last)
+            l->warnings[l->model->warning_count++] = last;
+    }
+    return status;
+}
+
+/* ---- the model ---- */
+
+/* Move the finished arena into the model it holds. */
+static kd_model *seal(kd_arena *arena, kd_model *model)
+{
+    kd_arena *inside = kd_arena_alloc(arena, sizeof *inside);
+    if (!inside)
+        return NULL;
+    *inside = *arena;
+    model->internal = inside;
+    return model;
+}
+
+static kd_status load_bytes(gltf_loader *l, uint8_t *bytes, size_t size)
+{
+    kd_status status = gltf_alloc(l, &l->kept, 1, sizeof *l->model, &l->model);
+    if (!status)
+        status = gltf_alloc(l, &l->kept, GLTF_WARNINGS_MAX + 1, sizeof *l->warnings, &l->warnings);
+    if (status)
+        return status;
+    l->model->warnings = l->warnings;
+    l->model->path = kd_arena_printf(&l->kept, "%s", l->path);
+    status = parse_file(l, bytes, size);
+    return status ? status : convert(l);
+}
+
+kd_status kd_model_load(const char *path, kd_model **out)
+{
+    *out = NULL;
+    void *bytes;
+    size_t size;
+    kd_status status = kd_file_read(path, (size_t)GLTF_BYTES_MAX, &bytes, &size);
+    if (status)
+        return status;
+    gltf_loader l = {.path = path, .bytes = size, .kept.block_bytes = BLOCK_BYTES, .scratch.block_bytes = BLOCK_BYTES};
+    status = load_bytes(&l, bytes, size);
+    if (!status) {
+        *out = seal(&l.kept, l.model);
+        if (!*out)
+            status = gltf_fail(&l, KD_NO_MEMORY, "out of memory");
+    }
+    if (status)
+        kd_arena_fini(&l.kept);
+    kd_arena_fini(&l.scratch);
+    free(bytes);
+    return status;
+}
+
+void kd_model_destroy(kd_model *model)
+{
+    if (!model)
+        return;
+    kd_arena arena = *(kd_arena *)model->internal; /* the copy outlives the memory it stands in */
+    kd_arena_fini(&arena);
+}
