@@ -144,7 +144,7 @@ void mesh_make_tangents(const kd_vec3 *positions, const kd_vec3 *normals, const 
         }
         if (!known)
             t = any_tangent(n);
-        float side = kd_vec3_dot(kd_vec3_cross(n, t), along_v[i]);
-        tangents[i] = (kd_vec4){t.x, t.y, t.z, side < 0 ? -1.0f : 1.0f};
+        float down = kd_vec3_dot(kd_vec3_cross(n, t), along_v[i]); /* v runs down the picture, green in it points up */
+        tangents[i] = (kd_vec4){t.x, t.y, t.z, down > 0 ? -1.0f : 1.0f};
     }
 }

@@ -28,8 +28,9 @@ void mesh_flat_normals(const kd_vec3 *positions, size_t corner_count, kd_vec3 *n
 size_t mesh_mend_normals(const kd_vec3 *positions, const uint32_t *indices, size_t index_count, kd_vec3 *normals,
                          size_t vertex_count, kd_vec3 *scratch);
 
-/** Make tangents along rising u, orthogonal to the normals; w is the side of v. Without uv, or where uv has no area, any
- *  direction orthogonal to the normal.
+/** Make tangents along rising u, orthogonal to the normals; w turns cross(normal, tangent)
+ *  towards falling v (glTF's pictures have row 0 on top, and their normal maps point up). Without uv, or where uv has no
+ *  area, any direction orthogonal to the normal.
  *  uv       NULL: none
  *  scratch  [vertex_count] twice
  *  Source   Lengyel 2001, "Computing Tangent Space Basis Vectors for an Arbitrary Mesh" */
