@@ -11,15 +11,15 @@ KD_COMPONENT_DEFINE_DEFAULT(
     KD_FIELD_RANGE(kd_camera, z_near, KD_F32, "m", 1e-6, 1e6, "distance of the near plane"),
     KD_FIELD_RANGE(kd_camera, z_far, KD_F32, "m", 1e-6, 1e9, "distance of the far plane"));
 
-KD_COMPONENT_DEFINE(
-    kd_view, "view", KD_FIELD(kd_view, view, KD_MAT4, NULL, "world to view, column-major"),
-    KD_FIELD(kd_view, projection, KD_MAT4, NULL, "view to clip space, z in -1 to 1"),
-    KD_FIELD(kd_view, view_projection, KD_MAT4, NULL, "world to clip space"),
-    KD_FIELD(kd_view, inverse_view_projection, KD_MAT4, NULL, "clip space to world"),
-    KD_FIELD(kd_view, position_ws, KD_VEC3, "m", "where the camera stands"),
-    KD_FIELD(kd_view, forward_ws, KD_VEC3, NULL, "unit direction it looks along"),
-    KD_FIELD(kd_view, z_near, KD_F32, "m", "distance of the near plane"),
-    KD_FIELD(kd_view, z_far, KD_F32, "m", "distance of the far plane"),
-    KD_FIELD(kd_view, tan_half_fov_y, KD_F32, NULL, "tangent of half the vertical opening angle; 0: orthographic"),
-    KD_FIELD(kd_view, width, KD_U32, "pixels", "picture width"),
-    KD_FIELD(kd_view, height, KD_U32, "pixels", "picture height"));
+KD_COMPONENT_DEFINE(kd_view, "view", KD_FIELD(kd_view, view, KD_MAT4, NULL, "world to view, column-major"),
+                    KD_FIELD(kd_view, projection, KD_MAT4, NULL, "view to clip space, z in -1 to 1"),
+                    KD_FIELD(kd_view, view_projection, KD_MAT4, NULL, "world to clip space"),
+                    KD_FIELD(kd_view, inverse_view_projection, KD_MAT4, NULL, "clip space to world"),
+                    KD_FIELD(kd_view, position_ws, KD_VEC3, "m", "where the camera stands"),
+                    KD_FIELD(kd_view, forward_ws, KD_VEC3, NULL, "unit direction it looks along"),
+                    KD_FIELD(kd_view, z_near, KD_F32, "m", "distance of the near plane"),
+                    KD_FIELD(kd_view, z_far, KD_F32, "m", "distance of the far plane"),
+                    KD_FIELD(kd_view, tan_half_fov_y, KD_F32, NULL,
+                             "tangent of half the vertical opening angle; 0: orthographic"),
+                    KD_FIELD(kd_view, width, KD_U32, "pixels", "picture width"),
+                    KD_FIELD(kd_view, height, KD_U32, "pixels", "picture height"));

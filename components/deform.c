@@ -13,7 +13,7 @@ static const kd_field palette_fields[] = {
 };
 const kd_component_desc kd_joint_palette_desc = {.name = "joint_palette",
                                                  .size = (uint32_t)sizeof(kd_joint_palette),
-                                                 .align = (uint32_t)_Alignof(kd_joint_palette),
+                                                 .align = (uint32_t) _Alignof(kd_joint_palette),
                                                  .fields = palette_fields,
                                                  .field_count = 1,
                                                  .on_remove = release_palette};

@@ -22,9 +22,10 @@ static const kd_field store_fields[] = {
 };
 const kd_component_desc kd_scene_store_desc = {.name = "scene_store",
                                                .size = (uint32_t)sizeof(kd_scene_store),
-                                               .align = (uint32_t)_Alignof(kd_scene_store),
+                                               .align = (uint32_t) _Alignof(kd_scene_store),
                                                .fields = store_fields,
-                                               .field_count = (uint32_t)(sizeof store_fields / sizeof *store_fields),
+                                               .field_count =
+                                                   (uint32_t)(sizeof store_fields / sizeof *store_fields),
                                                .on_remove = release_store};
 
 static void release_list(void *value, void *user)
@@ -44,7 +45,8 @@ static const kd_field list_fields[] = {
 };
 const kd_component_desc kd_draw_list_desc = {.name = "draw_list",
                                              .size = (uint32_t)sizeof(kd_draw_list),
-                                             .align = (uint32_t)_Alignof(kd_draw_list),
+                                             .align = (uint32_t) _Alignof(kd_draw_list),
                                              .fields = list_fields,
-                                             .field_count = (uint32_t)(sizeof list_fields / sizeof *list_fields),
+                                             .field_count =
+                                                 (uint32_t)(sizeof list_fields / sizeof *list_fields),
                                              .on_remove = release_list};

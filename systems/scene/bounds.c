@@ -1,5 +1,5 @@
-/* Conservative bounds of rigid, skinned and morphing primitives, from boxes computed once at registration: no vertex is
- * touched per frame. */
+/* Conservative bounds of rigid, skinned and morphing primitives, from boxes computed once at registration: no
+ * vertex is touched per frame. */
 
 #include <math.h>
 
@@ -43,7 +43,8 @@ static bool empty(const scene_box *box)
 static void joint_boxes(const kd_primitive_desc *desc, scene_box *boxes)
 {
     for (uint32_t v = 0; v < desc->vertex_count; v++) {
-        const float weights[4] = {desc->weights[v].x, desc->weights[v].y, desc->weights[v].z, desc->weights[v].w};
+        const float weights[4] = {desc->weights[v].x, desc->weights[v].y, desc->weights[v].z,
+                                  desc->weights[v].w};
         for (int k = 0; k < 4; k++)
             if (weights[k] > 0)
                 scene_box_add(&boxes[desc->joints[v][k]], desc->positions[v]);
@@ -69,7 +70,8 @@ static uint32_t joints_used(const kd_primitive_desc *desc)
     return count;
 }
 
-kd_status scene_reach_add(scene_internal *in, const kd_primitive_desc *desc, uint32_t morph_count, scene_reach *out)
+kd_status scene_reach_add(scene_internal *in, const kd_primitive_desc *desc, uint32_t morph_count,
+                          scene_reach *out)
 {
     uint32_t joints = desc->weights ? joints_used(desc) : 0;
     if (!SCENE_RESERVE(in->boxes, in->box_capacity, (uint64_t)in->box_count + joints + morph_count))
@@ -86,7 +88,8 @@ kd_status scene_reach_add(scene_internal *in, const kd_primitive_desc *desc, uin
 }
 
 /* The box of all weighted deltas, by interval arithmetic over the targets. */
-static scene_box morph_reach(const scene_internal *in, const scene_reach *reach, const kd_morph_weights *weights)
+static scene_box morph_reach(const scene_internal *in, const scene_reach *reach,
+                             const kd_morph_weights *weights)
 {
     scene_box sum = {{0, 0, 0}, {0, 0, 0}};
     for (uint32_t t = 0; weights && t < reach->morph_box_count && t < weights->count; t++) {
@@ -103,7 +106,8 @@ static scene_box grow(scene_box box, const scene_box *by)
     return (scene_box){kd_vec3_add(box.min, by->min), kd_vec3_add(box.max, by->max)};
 }
 
-/* Weights are 16-bit and positions floats: a sum of four products may leave the hull by a few units in the last place. */
+/* Weights are 16-bit and positions floats: a sum of four products may leave the hull by a few units in the
+ * last place. */
 static scene_box pad(scene_box box)
 {
     float size = kd_vec3_length(kd_vec3_sub(box.max, box.min));

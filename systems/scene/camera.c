@@ -1,5 +1,5 @@
-/* System camera: the active camera's matrices into singleton kd_view. A world without a camera is seen from the origin
- * along -Z with the default lens. */
+/* System camera: the active camera's matrices into singleton kd_view. A world without a camera is seen from
+ * the origin along -Z with the default lens. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -32,14 +32,14 @@ static kd_mat4 view_matrix(const kd_mat4 *world, kd_view *view)
 
 static kd_mat4 perspective(float tan_half, float aspect, float n, float f)
 {
-    return (kd_mat4){{1 / (tan_half * aspect), 0, 0, 0, 0, 1 / tan_half, 0, 0, 0, 0, (f + n) / (n - f), -1, 0, 0,
-                      2 * f * n / (n - f), 0}};
+    return (kd_mat4){{1 / (tan_half * aspect), 0, 0, 0, 0, 1 / tan_half, 0, 0, 0, 0, (f + n) / (n - f), -1, 0,
+                      0, 2 * f * n / (n - f), 0}};
 }
 
 static kd_mat4 orthographic(float half_height, float aspect, float n, float f)
 {
-    return (kd_mat4){{1 / (half_height * aspect), 0, 0, 0, 0, 1 / half_height, 0, 0, 0, 0, 2 / (n - f), 0, 0, 0,
-                      (f + n) / (n - f), 1}};
+    return (kd_mat4){{1 / (half_height * aspect), 0, 0, 0, 0, 1 / half_height, 0, 0, 0, 0, 2 / (n - f), 0, 0,
+                      0, (f + n) / (n - f), 1}};
 }
 
 /* A script may set any number: a lens that cannot be is bent to the nearest that can. */
@@ -66,8 +66,9 @@ static void fill_view(kd_view *view, const kd_camera *given, const kd_mat4 *worl
     view->z_far = camera.z_far;
     view->tan_half_fov_y = camera.orthographic ? 0 : tanf(camera.fov_y * 0.5f);
     view->view = view_matrix(world, view);
-    view->projection = camera.orthographic ? orthographic(camera.y_mag, aspect, camera.z_near, camera.z_far)
-                                           : perspective(view->tan_half_fov_y, aspect, camera.z_near, camera.z_far);
+    view->projection = camera.orthographic
+                           ? orthographic(camera.y_mag, aspect, camera.z_near, camera.z_far)
+                           : perspective(view->tan_half_fov_y, aspect, camera.z_near, camera.z_far);
     view->view_projection = kd_mat4_mul(&view->projection, &view->view);
     view->inverse_view_projection = kd_mat4_inverse(&view->view_projection);
 }
@@ -95,8 +96,9 @@ static void camera_run(kd_system_context *c)
 static kd_status camera_init(kd_system_context *c)
 {
     camera_state *state = c->user;
-    state->query = kd_query_make(
-        c->world, &(kd_query_desc){.terms = {KD_READ(kd_camera), KD_READ(kd_world_transform)}, .name = "camera"});
+    state->query =
+        kd_query_make(c->world, &(kd_query_desc){.terms = {KD_READ(kd_camera), KD_READ(kd_world_transform)},
+                                                 .name = "camera"});
     return state->query ? KD_OK : kd_fail(KD_NO_MEMORY, "out of memory for the camera's query");
 }
 

@@ -1,6 +1,6 @@
-/* System draw_list: everything visible as one sorted list, one draw and one object for each primitive of each entity.
- * The order is a function of the scene alone: opaque, mask, blend; then material, mirrored, entity, primitive. The working
- * arrays grow to the largest frame and stay. */
+/* System draw_list: everything visible as one sorted list, one draw and one object for each primitive of each
+ * entity. The order is a function of the scene alone: opaque, mask, blend; then material, mirrored, entity,
+ * primitive. The working arrays grow to the largest frame and stay. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,8 +14,8 @@
 static void release(kd_draw_list *list)
 {
     scene_draws *d = list->internal;
-    void *const arrays[] = {d->items,   d->sorted,           d->draws, d->batches,
-                            d->objects, d->previous_objects, d->args,  d->previous_args, d};
+    void *const arrays[] = {d->items, d->sorted,        d->draws, d->batches, d->objects, d->previous_objects,
+                            d->args,  d->previous_args, d};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
     *list = (kd_draw_list){0};
@@ -146,7 +146,8 @@ static bool before(const scene_item *a, const scene_item *b)
     return a->order != b->order ? a->order < b->order : a->entity_order < b->entity_order;
 }
 
-/* Merge sort, bottom up, between two arrays that stay allocated. Keys are unique, a list in order costs one pass. */
+/* Merge sort, bottom up, between two arrays that stay allocated. Keys are unique, a list in order costs one
+ * pass. */
 static scene_item *sort_items(scene_item *items, scene_item *spare, uint32_t count)
 {
     bool sorted = true;
@@ -157,7 +158,8 @@ static scene_item *sort_items(scene_item *items, scene_item *spare, uint32_t cou
             uint32_t middle = low + width < count ? low + width : count;
             uint32_t high = middle + width < count ? middle + width : count;
             for (uint32_t a = low, b = middle, out = low; out < high; out++)
-                spare[out] = a < middle && (b >= high || before(&items[a], &items[b])) ? items[a++] : items[b++];
+                spare[out] =
+                    a < middle && (b >= high || before(&items[a], &items[b])) ? items[a++] : items[b++];
         }
         scene_item *swap = items;
         items = spare;
@@ -169,7 +171,8 @@ static scene_item *sort_items(scene_item *items, scene_item *spare, uint32_t cou
 /* Rows of the inverse transpose; of a singular matrix the cofactors, which still point the right way. */
 static void normal_matrix(const kd_mat4 *m, struct kd_object *object)
 {
-    const kd_vec3 x = {m->m[0], m->m[1], m->m[2]}, y = {m->m[4], m->m[5], m->m[6]}, z = {m->m[8], m->m[9], m->m[10]};
+    const kd_vec3 x = {m->m[0], m->m[1], m->m[2]}, y = {m->m[4], m->m[5], m->m[6]},
+                  z = {m->m[8], m->m[9], m->m[10]};
     const kd_vec3 columns[3] = {kd_vec3_cross(y, z), kd_vec3_cross(z, x), kd_vec3_cross(x, y)};
     float det = kd_vec3_dot(x, columns[0]);
     float scale = fabsf(det) > 1e-30f ? 1 / det : 1;
@@ -188,7 +191,8 @@ static void emit_object(struct kd_object *object, const scene_item *item, bool s
     memcpy(object->model_ws.m, model.m, sizeof model.m);
     normal_matrix(&model, object);
     object->info.x = material;
-    object->info.y = (item->instance->no_shadow ? KD_OBJECT_NO_SHADOW : 0) | (item->mirrored ? KD_OBJECT_MIRRORED : 0);
+    object->info.y =
+        (item->instance->no_shadow ? KD_OBJECT_NO_SHADOW : 0) | (item->mirrored ? KD_OBJECT_MIRRORED : 0);
     object->info.z = item->entity.index;
     object->info.w = 0;
 }
@@ -204,7 +208,8 @@ static void emit_draw(const collector *c, const scene_item *item, uint32_t numbe
     scene_box box = scene_primitive_bounds(store->internal, store, primitive, item->world, rows, count,
                                            item->deformed ? item->weights : NULL);
     if (item->deformed) {
-        primitive = store->deformed[item->instance->deformed - 1].first_primitive + (primitive - mesh->first_primitive);
+        primitive = store->deformed[item->instance->deformed - 1].first_primitive +
+                    (primitive - mesh->first_primitive);
         p = &store->deformed_primitives[primitive];
     }
     c->draws->args[number] = (kd_draw_indexed){.index_count = p->index_count,
@@ -250,7 +255,8 @@ static void publish(kd_draw_list *list, const collector *c, const scene_item *it
     list->bounds_max_ws = c->count ? all.max : (kd_vec3){0, 0, 0};
 }
 
-/* Keep what the GPU has in previous_*: equal frames upload nothing. A change that was not uploaded yet stays one. */
+/* Keep what the GPU has in previous_*: equal frames upload nothing. A change that was not uploaded yet stays
+ * one. */
 static void compare(scene_draws *d, uint32_t count)
 {
     d->changed |= count != d->previous_count ||
@@ -283,11 +289,11 @@ static kd_status draw_list_init(kd_system_context *context)
 {
     scene_draws *d = scene_draws_get(kd_singleton(context->world, kd_draw_list));
     if (d)
-        d->query = kd_query_make(context->world, &(kd_query_desc){.terms = {KD_READ(kd_mesh_instance),
-                                                                            KD_READ(kd_world_transform),
-                                                                            KD_OPTIONAL(kd_skin_instance),
-                                                                            KD_OPTIONAL(kd_morph_weights)},
-                                                                  .name = "draw_list"});
+        d->query = kd_query_make(
+            context->world,
+            &(kd_query_desc){.terms = {KD_READ(kd_mesh_instance), KD_READ(kd_world_transform),
+                                       KD_OPTIONAL(kd_skin_instance), KD_OPTIONAL(kd_morph_weights)},
+                             .name = "draw_list"});
     return d && d->query ? KD_OK : kd_fail(KD_NO_MEMORY, "out of memory for the draw list");
 }
 
@@ -302,16 +308,16 @@ static void draw_list_fini(kd_system_context *context)
 
 kd_status scene_register_draw_list(kd_schedule *s)
 {
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "draw_list",
-                                  .phase = KD_PHASE_CULL,
-                                  .where = KD_ON_CPU,
-                                  .components = {KD_CHANGES(kd_draw_list), KD_USES(kd_scene_store),
-                                                 KD_USES(kd_joint_palette), KD_USES(kd_mesh_instance),
-                                                 KD_USES(kd_world_transform), KD_USES(kd_skin_instance),
-                                                 KD_USES(kd_morph_weights)},
-                                  .run = draw_list_run,
-                                  .init = draw_list_init,
-                                  .fini = draw_list_fini,
-                              });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "draw_list",
+               .phase = KD_PHASE_CULL,
+               .where = KD_ON_CPU,
+               .components = {KD_CHANGES(kd_draw_list), KD_USES(kd_scene_store), KD_USES(kd_joint_palette),
+                              KD_USES(kd_mesh_instance), KD_USES(kd_world_transform),
+                              KD_USES(kd_skin_instance), KD_USES(kd_morph_weights)},
+               .run = draw_list_run,
+               .init = draw_list_init,
+               .fini = draw_list_fini,
+           });
 }

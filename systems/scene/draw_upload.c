@@ -1,4 +1,5 @@
-/* System draw_upload: the draw list's objects and arguments to the GPU, when they differ from what is there. */
+/* System draw_upload: the draw list's objects and arguments to the GPU, when they differ from what is there.
+ */
 
 #include <stdlib.h>
 
@@ -57,7 +58,8 @@ static void draw_upload_run(kd_system_context *c)
     if (list->draw_count) {
         kd_gpu_write_buffer(c->gpu, list->objects, 0, d->previous_objects,
                             list->draw_count * sizeof *d->previous_objects);
-        kd_gpu_write_buffer(c->gpu, list->args, 0, d->previous_args, list->draw_count * sizeof *d->previous_args);
+        kd_gpu_write_buffer(c->gpu, list->args, 0, d->previous_args,
+                            list->draw_count * sizeof *d->previous_args);
     }
     d->changed = false;
 }

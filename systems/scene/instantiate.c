@@ -12,7 +12,7 @@
 #include "systems/scene/scene.h"
 
 #define MAX_NODE_VALUES 8
-#define INFINITE_FAR_M 1000 /* glTF allows cameras without a far plane; the picture's depth wants one */
+#define INFINITE_FAR_M  1000 /* glTF allows cameras without a far plane; the picture's depth wants one */
 
 /* What instantiating one model carries along. */
 typedef struct builder {
@@ -22,7 +22,8 @@ typedef struct builder {
     const kd_store_model *entry;
     const kd_model *model;
     uint32_t first_node;  /* store node entities */
-    uint32_t first_joint; /* store joint entities: the joints of all skins of the model, one skin after the other */
+    uint32_t first_joint; /* store joint entities: the joints of all skins of the model, one skin after the
+                             other */
 } builder;
 
 static uint32_t first_joint_of(const builder *b, uint32_t skin)
@@ -107,7 +108,8 @@ static void mesh_parts(builder *b, const kd_node_desc *node, node_parts *parts)
     const kd_store_mesh *mesh = &b->store->meshes[number];
     bool with_skin = mesh->skinned && node->skin != KD_NONE;
     bool deforms = with_skin || mesh->morph_count;
-    parts->mesh = (kd_mesh_instance){.mesh = number, .deformed = deforms ? add_deformed(b, number, with_skin) : 0};
+    parts->mesh =
+        (kd_mesh_instance){.mesh = number, .deformed = deforms ? add_deformed(b, number, with_skin) : 0};
     add_value(parts, &kd_mesh_instance_desc, &parts->mesh);
     if (with_skin) {
         parts->skin = (kd_skin_instance){.skin = b->entry->first_skin + node->skin,
@@ -153,7 +155,8 @@ static kd_status build_nodes(builder *b, kd_entity root)
         const kd_node_desc *node = &b->model->nodes[i];
         kd_entity e = spawn_node(b, node);
         b->store->node_entities[b->store->node_entity_count++] = e;
-        kd_entity parent = node->parent == KD_NONE ? root : b->store->node_entities[b->first_node + node->parent];
+        kd_entity parent =
+            node->parent == KD_NONE ? root : b->store->node_entities[b->first_node + node->parent];
         if (!e.generation || kd_set_parent(b->world, e, parent) != KD_OK ||
             kd_set_name(b->world, e, node->name) != KD_OK)
             return KD_NO_MEMORY;
@@ -186,11 +189,12 @@ static kd_status reserve_instance(builder *b)
     }
     if (vertices >= INT32_MAX)
         return KD_TOO_LARGE;
-    bool room = SCENE_RESERVE(s->joint_entities, b->in->joint_capacity, joints) &&
-                SCENE_RESERVE(s->node_entities, b->in->node_capacity,
-                              (uint64_t)s->node_entity_count + b->model->node_count) &&
-                SCENE_RESERVE(s->deformed, b->in->deformed_capacity, deformed) &&
-                SCENE_RESERVE(s->deformed_primitives, b->in->deformed_primitive_capacity, deformed_primitives);
+    bool room =
+        SCENE_RESERVE(s->joint_entities, b->in->joint_capacity, joints) &&
+        SCENE_RESERVE(s->node_entities, b->in->node_capacity,
+                      (uint64_t)s->node_entity_count + b->model->node_count) &&
+        SCENE_RESERVE(s->deformed, b->in->deformed_capacity, deformed) &&
+        SCENE_RESERVE(s->deformed_primitives, b->in->deformed_primitive_capacity, deformed_primitives);
     return room ? KD_OK : KD_NO_MEMORY;
 }
 
@@ -206,7 +210,8 @@ static kd_entity spawn_root(builder *b, uint32_t model)
     return kd_spawn_values(b->world, values, b->model->clip_count ? 3 : 2);
 }
 
-kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, const char *name, kd_entity *root)
+kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, const char *name,
+                               kd_entity *root)
 {
     kd_scene_store *s = scene_store_get(w);
     *root = KD_NO_ENTITY;
@@ -227,15 +232,16 @@ kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, co
         status = build_nodes(&b, top);
     if (status != KD_OK) {
         kd_destroy(w, top);
-        return kd_fail(status, "%s: the instance could not be made: %s", b.model->path ? b.model->path : "model",
-                       kd_status_text(status));
+        return kd_fail(status, "%s: the instance could not be made: %s",
+                       b.model->path ? b.model->path : "model", kd_status_text(status));
     }
     s->revision++;
     *root = top;
     return KD_OK;
 }
 
-/* The next entity of the subtree in depth-first order; KD_NO_ENTITY at the end. No recursion: depth is the file's choice. */
+/* The next entity of the subtree in depth-first order; KD_NO_ENTITY at the end. No recursion: depth is the
+ * file's choice. */
 static kd_entity next_below(const kd_world *w, kd_entity root, kd_entity e)
 {
     kd_entity next = kd_first_child(w, e);
@@ -265,8 +271,8 @@ static kd_status unknown_clip(const kd_model *model, const char *clip)
     }
     if (used >= sizeof list)
         memcpy(list + sizeof list - 4, "...", 4);
-    return kd_fail(KD_NOT_FOUND, "%s: no clip '%s' (animation); it has %s", model->path ? model->path : "model", clip,
-                   list);
+    return kd_fail(KD_NOT_FOUND, "%s: no clip '%s' (animation); it has %s",
+                   model->path ? model->path : "model", clip, list);
 }
 
 kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop, float speed, float blend_s)
@@ -278,7 +284,8 @@ kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop
                        kd_get_name(w, root), clip ? clip : "");
     const kd_store_model *entry = &s->models[a->model - 1];
     uint32_t found = 0;
-    while (clip && *clip && found < entry->model->clip_count && strcmp(entry->model->clips[found].name, clip) != 0)
+    while (clip && *clip && found < entry->model->clip_count &&
+           strcmp(entry->model->clips[found].name, clip) != 0)
         found++;
     if (found == entry->model->clip_count)
         return unknown_clip(entry->model, clip);

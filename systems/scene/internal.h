@@ -19,9 +19,9 @@ void scene_box_join(scene_box *box, const scene_box *other);
 scene_box scene_box_transform(const scene_box *box, const kd_vec4 rows[3]);
 void scene_matrix_rows(const kd_mat4 *m, kd_vec4 rows[3]);
 
-/* How far a primitive's vertices can go. Joint j moves only the vertices inside boxes[first_joint_box + j]; a skinned
- * vertex is a convex mean of its joints' images, so the union of the moved boxes holds it. Target t adds at most its
- * weight times boxes[first_morph_box + t], the box of its deltas. */
+/* How far a primitive's vertices can go. Joint j moves only the vertices inside boxes[first_joint_box + j]; a
+ * skinned vertex is a convex mean of its joints' images, so the union of the moved boxes holds it. Target t
+ * adds at most its weight times boxes[first_morph_box + t], the box of its deltas. */
 typedef struct scene_reach {
     uint32_t first_joint_box, joint_box_count;
     uint32_t first_morph_box, morph_box_count;
@@ -35,7 +35,8 @@ typedef struct scene_texture {
 } scene_texture;
 
 typedef struct scene_internal {
-    uint32_t model_capacity, mesh_capacity, primitive_capacity, material_capacity, skin_capacity, clip_capacity;
+    uint32_t model_capacity, mesh_capacity, primitive_capacity, material_capacity, skin_capacity,
+        clip_capacity;
     uint32_t deformed_capacity, deformed_primitive_capacity, joint_capacity, node_capacity;
     const kd_image **images; /* [image_count], numbered through the store */
     uint32_t image_count, image_capacity;
@@ -52,7 +53,8 @@ typedef struct scene_internal {
 kd_scene_store *scene_store_get(kd_world *w);
 /** Make room for `needed` items of `size` bytes; contents are kept. */
 bool scene_reserve(void **items, uint32_t *capacity, uint64_t needed, size_t size);
-#define SCENE_RESERVE(items, capacity, needed) scene_reserve((void **)&(items), &(capacity), (needed), sizeof *(items))
+#define SCENE_RESERVE(items, capacity, needed)                                                               \
+    scene_reserve((void **)&(items), &(capacity), (needed), sizeof *(items))
 
 /** Tell whether the primitive moves within its mesh when the instance has a skin (or not). */
 static inline bool scene_primitive_deforms(const kd_store_primitive *p, bool with_skin)
@@ -61,9 +63,11 @@ static inline bool scene_primitive_deforms(const kd_store_primitive *p, bool wit
 }
 
 /** Compute the boxes of `desc` into the store. `morph_count` is that of the store's mesh. */
-kd_status scene_reach_add(scene_internal *in, const kd_primitive_desc *desc, uint32_t morph_count, scene_reach *out);
+kd_status scene_reach_add(scene_internal *in, const kd_primitive_desc *desc, uint32_t morph_count,
+                          scene_reach *out);
 
-/** Bound one primitive in world space. `rows`: palette of a skinned instance, or NULL; `weights` may be NULL. */
+/** Bound one primitive in world space. `rows`: palette of a skinned instance, or NULL; `weights` may be NULL.
+ */
 scene_box scene_primitive_bounds(const scene_internal *in, const kd_scene_store *store, uint32_t primitive,
                                  const kd_mat4 *world, const kd_vec4 (*rows)[3], uint32_t row_count,
                                  const kd_morph_weights *weights);

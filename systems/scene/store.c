@@ -1,6 +1,6 @@
-/* The scene store: arrays that only grow, numbered by those who refer to them. Ranges of the GPU streams are reserved
- * here, at registration; system scene_upload fills them. Room is made before anything is written, so that a failed
- * registration leaves the store as it was. */
+/* The scene store: arrays that only grow, numbered by those who refer to them. Ranges of the GPU streams are
+ * reserved here, at registration; system scene_upload fills them. Room is made before anything is written, so
+ * that a failed registration leaves the store as it was. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -30,10 +30,21 @@ static void release(kd_scene_store *store)
     scene_internal *in = store->internal;
     for (uint32_t i = 0; i < store->model_count; i++)
         kd_model_destroy((kd_model *)(uintptr_t)store->models[i].model);
-    void *const arrays[] = {store->models,     store->meshes,        store->primitives, store->materials,
-                            store->skins,      store->clips,         store->deformed,   store->deformed_primitives,
-                            store->joint_entities, store->node_entities, (void *)in->images, in->reach,
-                            in->boxes,         in->textures,         in};
+    void *const arrays[] = {store->models,
+                            store->meshes,
+                            store->primitives,
+                            store->materials,
+                            store->skins,
+                            store->clips,
+                            store->deformed,
+                            store->deformed_primitives,
+                            store->joint_entities,
+                            store->node_entities,
+                            (void *)in->images,
+                            in->reach,
+                            in->boxes,
+                            in->textures,
+                            in};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
     *store = (kd_scene_store){0};
@@ -83,7 +94,8 @@ static bool reserve_model(kd_scene_store *s, scene_internal *in, const kd_model 
            SCENE_RESERVE(s->meshes, in->mesh_capacity, (uint64_t)s->mesh_count + model->mesh_count) &&
            SCENE_RESERVE(s->primitives, in->primitive_capacity, s->primitive_count + primitives) &&
            SCENE_RESERVE(in->reach, in->reach_capacity, s->primitive_count + primitives) &&
-           SCENE_RESERVE(s->materials, in->material_capacity, (uint64_t)s->material_count + model->material_count) &&
+           SCENE_RESERVE(s->materials, in->material_capacity,
+                         (uint64_t)s->material_count + model->material_count) &&
            SCENE_RESERVE(s->skins, in->skin_capacity, (uint64_t)s->skin_count + model->skin_count) &&
            SCENE_RESERVE(s->clips, in->clip_capacity, (uint64_t)s->clip_count + model->clip_count) &&
            SCENE_RESERVE(in->images, in->image_capacity, (uint64_t)in->image_count + model->image_count);
@@ -142,8 +154,8 @@ static kd_status add_mesh(kd_scene_store *s, const kd_mesh_desc *desc, uint32_t 
                             .morph_count = store_morph_count(desc),
                             .desc = desc};
     if (mesh->morph_count < desc->morph_count)
-        kd_log(KD_LOG_WARNING, "mesh '%s': %u morph targets, the first %u are used", desc->name ? desc->name : "",
-               desc->morph_count, mesh->morph_count);
+        kd_log(KD_LOG_WARNING, "mesh '%s': %u morph targets, the first %u are used",
+               desc->name ? desc->name : "", desc->morph_count, mesh->morph_count);
     for (uint32_t i = 0; i < desc->primitive_count; i++) {
         kd_status status = add_primitive(s, &desc->primitives[i], first_material, mesh->morph_count);
         if (status != KD_OK)
@@ -170,7 +182,8 @@ static kd_status add_meshes(kd_scene_store *s, const kd_model *model, uint32_t f
         kd_scene_store *kept = s; /* the arrays themselves have not moved: only counts go back */
         kept->mesh_count = before.mesh_count, kept->primitive_count = before.primitive_count;
         kept->vertex_count = before.vertex_count, kept->index_count = before.index_count;
-        kept->skin_vertex_count = before.skin_vertex_count, kept->morph_vertex_count = before.morph_vertex_count;
+        kept->skin_vertex_count = before.skin_vertex_count,
+        kept->morph_vertex_count = before.morph_vertex_count;
         kept->triangle_count = before.triangle_count;
         in->box_count = boxes;
         return status;
@@ -189,7 +202,8 @@ static void add_parts(kd_scene_store *s, const kd_model *model)
     for (uint32_t i = 0; i < model->image_count; i++)
         in->images[in->image_count++] = &model->images[i];
     for (uint32_t i = 0; i < model->skin_count; i++)
-        s->skins[s->skin_count++] = (kd_store_skin){model->skins[i].joint_count, model->skins[i].inverse_bind};
+        s->skins[s->skin_count++] =
+            (kd_store_skin){model->skins[i].joint_count, model->skins[i].inverse_bind};
     for (uint32_t i = 0; i < model->clip_count; i++)
         s->clips[s->clip_count++] = (kd_store_clip){&model->clips[i], s->model_count};
 }

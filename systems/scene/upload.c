@@ -1,5 +1,6 @@
-/* System scene_upload: takes what the store has gained since the last frame to the GPU. Runs after the script phase's
- * systems, so that what a script has spawned is drawn in the same frame; does not run at all when nothing is new. */
+/* System scene_upload: takes what the store has gained since the last frame to the GPU. Runs after the script
+ * phase's systems, so that what a script has spawned is drawn in the same frame; does not run at all when
+ * nothing is new. */
 
 #include <stdlib.h>
 
@@ -91,9 +92,10 @@ static void copy_instance(kd_gpu *gpu, const kd_scene_store *s, const kd_store_d
         const kd_store_primitive *to = &s->deformed_primitives[deformed->first_primitive + i];
         if (to->base_vertex == from->base_vertex || !to->vertex_count)
             continue;
-        const size_t geometry = KD_GEOMETRY_WORDS * sizeof(uint32_t), attribute = KD_ATTRIBUTE_WORDS * sizeof(uint32_t);
-        kd_gpu_copy_buffer(gpu, s->geometry, from->base_vertex * geometry, s->geometry, to->base_vertex * geometry,
-                           to->vertex_count * geometry);
+        const size_t geometry = KD_GEOMETRY_WORDS * sizeof(uint32_t),
+                     attribute = KD_ATTRIBUTE_WORDS * sizeof(uint32_t);
+        kd_gpu_copy_buffer(gpu, s->geometry, from->base_vertex * geometry, s->geometry,
+                           to->base_vertex * geometry, to->vertex_count * geometry);
         kd_gpu_copy_buffer(gpu, s->attributes, from->base_vertex * attribute, s->attributes,
                            to->base_vertex * attribute, to->vertex_count * attribute);
     }
@@ -111,25 +113,25 @@ static kd_gpu_texture texture_ensure(kd_gpu *gpu, scene_internal *in, const kd_t
         return (kd_gpu_texture){0};
     for (uint32_t i = 0; i < in->texture_count; i++) {
         const scene_texture *t = &in->textures[i];
-        if (t->image == map->image && t->srgb == srgb && t->nearest == map->nearest && t->wrap_s == map->wrap_s &&
-            t->wrap_t == map->wrap_t)
+        if (t->image == map->image && t->srgb == srgb && t->nearest == map->nearest &&
+            t->wrap_s == map->wrap_s && t->wrap_t == map->wrap_t)
             return t->texture;
     }
     if (!SCENE_RESERVE(in->textures, in->texture_capacity, in->texture_count + 1ull))
         return (kd_gpu_texture){0};
     const kd_image *image = in->images[map->image];
-    kd_gpu_texture texture = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.kind = KD_TEXTURE_2D,
-                                                                             .format = srgb ? KD_SRGBA8 : KD_RGBA8,
-                                                                             .width = image->width,
-                                                                             .height = image->height,
-                                                                             .levels = map->nearest ? 1 : UINT32_MAX,
-                                                                             .filter = map->nearest ? KD_NEAREST
-                                                                                                    : KD_LINEAR_MIP,
-                                                                             .wrap_s = wrap_of(map->wrap_s),
-                                                                             .wrap_t = wrap_of(map->wrap_t),
-                                                                             .data = image->rgba,
-                                                                             .generate_mips = !map->nearest,
-                                                                             .name = image->name});
+    kd_gpu_texture texture =
+        kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.kind = KD_TEXTURE_2D,
+                                                        .format = srgb ? KD_SRGBA8 : KD_RGBA8,
+                                                        .width = image->width,
+                                                        .height = image->height,
+                                                        .levels = map->nearest ? 1 : UINT32_MAX,
+                                                        .filter = map->nearest ? KD_NEAREST : KD_LINEAR_MIP,
+                                                        .wrap_s = wrap_of(map->wrap_s),
+                                                        .wrap_t = wrap_of(map->wrap_t),
+                                                        .data = image->rgba,
+                                                        .generate_mips = !map->nearest,
+                                                        .name = image->name});
     in->textures[in->texture_count++] =
         (scene_texture){map->image, map->wrap_s, map->wrap_t, srgb, map->nearest, texture};
     return texture;
@@ -169,7 +171,8 @@ static void upload_fini(kd_system_context *c)
 {
     kd_scene_store *s = kd_singleton(c->world, kd_scene_store);
     scene_internal *in = s->internal;
-    kd_gpu_buffer *const buffers[] = {&s->geometry, &s->attributes, &s->indices, &s->skins_buffer, &s->morphs};
+    kd_gpu_buffer *const buffers[] = {&s->geometry, &s->attributes, &s->indices, &s->skins_buffer,
+                                      &s->morphs};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
         kd_gpu_destroy_buffer(c->gpu, *buffers[i]);
         *buffers[i] = (kd_gpu_buffer){0};
@@ -179,7 +182,8 @@ static void upload_fini(kd_system_context *c)
     for (uint32_t i = 0; i < in->texture_count; i++)
         kd_gpu_destroy_texture(c->gpu, in->textures[i].texture);
     in->texture_count = 0;
-    in->uploaded_meshes = in->uploaded_materials = in->uploaded_deformed = in->uploaded_deformed_primitives = 0;
+    in->uploaded_meshes = in->uploaded_materials = in->uploaded_deformed = in->uploaded_deformed_primitives =
+        0;
     s->uploaded_primitives = 0;
 }
 
