@@ -15,5 +15,8 @@ KD_COMPONENT_DEFINE_DEFAULT(
     KD_FIELD(kd_animation, previous_clip, KD_U32, NULL, "clip that is blended out, plus one; 0: none"),
     KD_FIELD_RANGE(kd_animation, previous_time_s, KD_F32, "s", 0, 1e6,
                    "time in the clip that is blended out"),
+    KD_FIELD_RANGE(kd_animation, previous_speed, KD_F32, NULL, -1000, 1000,
+                   "speed of the clip that is blended out"),
+    KD_FIELD(kd_animation, previous_loop, KD_BOOL, NULL, "whether the clip that is blended out loops"),
     KD_FIELD_RANGE(kd_animation, blend_s, KD_F32, "s", 0, 1000, "length of the cross-fade"),
     KD_FIELD_RANGE(kd_animation, blend_left_s, KD_F32, "s", 0, 1000, "rest of the cross-fade"));

@@ -8,7 +8,7 @@
 /* Plays one clip of the model that the entity is the root of. Time is a function of the simulation alone. */
 typedef struct kd_animation {
     uint32_t clip;          /* kd_scene_store.clips entry plus one; 0: none */
-    float time_s;           /* in the clip */
+    float time_s;           /* in the clip, of the pose that comes next */
     float speed;            /* 1 is as recorded; may be negative */
     bool loop;
     bool paused;
@@ -16,6 +16,8 @@ typedef struct kd_animation {
     uint32_t first_node;    /* kd_scene_store.node_entities: entity of each node of the model */
     uint32_t previous_clip; /* blended out; clip plus one, 0: none */
     float previous_time_s;
+    float previous_speed;
+    bool previous_loop;
     float blend_s, blend_left_s; /* length and rest of a running cross-fade */
 } kd_animation;
 KD_COMPONENT_DECLARE(kd_animation); /* default: speed 1, loop */

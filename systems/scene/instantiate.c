@@ -291,6 +291,8 @@ kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop
         return unknown_clip(entry->model, clip);
     a->previous_clip = a->clip;
     a->previous_time_s = a->time_s;
+    a->previous_speed = a->paused ? 0 : a->speed;
+    a->previous_loop = a->loop;
     a->blend_s = a->blend_left_s = blend_s > 0 ? blend_s : 0;
     a->clip = entry->first_clip + found + 1;
     a->time_s = speed < 0 ? entry->model->clips[found].duration : 0;

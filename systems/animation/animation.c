@@ -1,0 +1,300 @@
+/* System animation: poses the nodes of every playing model. Poses are sampled by jobs, each instance into
+ * scratch of its own, and written to the entities afterwards in order, so that any number of threads gives
+ * the same world. A frame shows the time that kd_animation holds and then moves it on: a clip started by a
+ * script is seen from its start. */
+
+#include "systems/animation/animation.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "components/animation.h"
+#include "components/frame.h"
+#include "components/mesh_instance.h"
+#include "components/scene_store.h"
+#include "components/transform.h"
+#include "runtime/core/arena.h"
+#include "runtime/core/log.h"
+#include "runtime/jobs/jobs.h"
+#include "systems/animation/sample.h"
+
+enum { MOVES_POSITION = 1, MOVES_ROTATION = 2, MOVES_SCALE = 4 };
+
+typedef struct node_pose {
+    kd_transform pose;
+    uint32_t moves; /* which parts the clips set; the others stay as they are on the entity */
+} node_pose;
+
+/* One playing instance of this frame. */
+typedef struct player {
+    kd_animation *animation;
+    const kd_model *model;
+    const kd_clip_desc *clip, *previous; /* previous may be NULL */
+    float time_s, previous_time_s;
+    float previous_weight;
+    node_pose *nodes, *previous_nodes; /* [model->node_count] */
+} player;
+
+typedef struct animation_state {
+    kd_query *query;
+} animation_state;
+
+/* ---- sampling ---- */
+
+static void rest_pose(const kd_model *model, node_pose *nodes)
+{
+    for (uint32_t i = 0; i < model->node_count; i++) {
+        const kd_node_desc *n = &model->nodes[i];
+        nodes[i] = (node_pose){.pose = {n->translation, n->rotation, n->scale}};
+    }
+}
+
+static void sample_clip(const kd_clip_desc *clip, const kd_model *model, float time_s, node_pose *nodes)
+{
+    rest_pose(model, nodes);
+    for (uint32_t i = 0; i < clip->channel_count; i++) {
+        const kd_channel_desc *channel = &clip->channels[i];
+        node_pose *node = &nodes[channel->node];
+        float v[4] = {0};
+        if (channel->path == KD_PATH_WEIGHTS)
+            continue;
+        animation_sample(channel, time_s, v, 4);
+        if (channel->path == KD_PATH_TRANSLATION) {
+            node->pose.position = (kd_vec3){v[0], v[1], v[2]};
+            node->moves |= MOVES_POSITION;
+        } else if (channel->path == KD_PATH_ROTATION) {
+            node->pose.rotation = (kd_quat){v[0], v[1], v[2], v[3]};
+            node->moves |= MOVES_ROTATION;
+        } else {
+            node->pose.scale = (kd_vec3){v[0], v[1], v[2]};
+            node->moves |= MOVES_SCALE;
+        }
+    }
+}
+
+static kd_vec3 mix(kd_vec3 a, kd_vec3 b, float t)
+{
+    return kd_vec3_add(a, kd_vec3_scale(kd_vec3_sub(b, a), t));
+}
+
+/* What only one of the two clips moves fades from or to the rest pose. */
+static void blend(node_pose *to, const node_pose *from, uint32_t count, float from_weight)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        to[i].moves |= from[i].moves;
+        if (!to[i].moves || from_weight <= 0)
+            continue;
+        to[i].pose.position = mix(to[i].pose.position, from[i].pose.position, from_weight);
+        to[i].pose.rotation = animation_slerp(to[i].pose.rotation, from[i].pose.rotation, from_weight);
+        to[i].pose.scale = mix(to[i].pose.scale, from[i].pose.scale, from_weight);
+    }
+}
+
+static void sample_players(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    (void)worker;
+    for (uint32_t i = begin; i < end; i++) {
+        player *p = (player *)user + i;
+        sample_clip(p->clip, p->model, p->time_s, p->nodes);
+        if (!p->previous)
+            continue;
+        sample_clip(p->previous, p->model, p->previous_time_s, p->previous_nodes);
+        blend(p->nodes, p->previous_nodes, p->model->node_count, p->previous_weight);
+    }
+}
+
+/* ---- writing to the entities ---- */
+
+static void write_transforms(kd_world *w, const kd_entity *entities, const player *p)
+{
+    for (uint32_t i = 0; i < p->model->node_count; i++) {
+        const node_pose *node = &p->nodes[i];
+        const kd_transform *old = node->moves ? kd_find(w, entities[i], kd_transform) : NULL;
+        if (!old)
+            continue;
+        kd_transform pose = *old;
+        if (node->moves & MOVES_POSITION)
+            pose.position = node->pose.position;
+        if (node->moves & MOVES_ROTATION)
+            pose.rotation = node->pose.rotation;
+        if (node->moves & MOVES_SCALE)
+            pose.scale = node->pose.scale;
+        if (memcmp(&pose, old, sizeof pose) != 0) /* an equal pose must not count as a change */
+            *kd_find_mut(w, entities[i], kd_transform) = pose;
+    }
+}
+
+static const kd_channel_desc *weights_channel(const kd_clip_desc *clip, uint32_t node)
+{
+    for (uint32_t i = 0; clip && i < clip->channel_count; i++)
+        if (clip->channels[i].path == KD_PATH_WEIGHTS && clip->channels[i].node == node)
+            return &clip->channels[i];
+    return NULL;
+}
+
+static void sample_weights(const kd_model *model, uint32_t node, const kd_clip_desc *clip, float time_s,
+                           float *out)
+{
+    const kd_channel_desc *channel = weights_channel(clip, node);
+    const kd_node_desc *n = &model->nodes[node];
+    const kd_mesh_desc *mesh = n->mesh == KD_NONE ? NULL : &model->meshes[n->mesh];
+    const float *rest = n->morph_weights ? n->morph_weights : mesh ? mesh->morph_weights : NULL;
+    uint32_t count = n->morph_weights ? n->morph_count : mesh ? mesh->morph_count : 0;
+    memset(out, 0, KD_MAX_MORPH_TARGETS * sizeof *out);
+    if (channel)
+        animation_sample(channel, time_s, out, KD_MAX_MORPH_TARGETS);
+    else if (rest)
+        memcpy(out, rest, (count < KD_MAX_MORPH_TARGETS ? count : KD_MAX_MORPH_TARGETS) * sizeof *out);
+}
+
+static void write_node_weights(kd_world *w, kd_entity e, const player *p, uint32_t node)
+{
+    float now[KD_MAX_MORPH_TARGETS], before[KD_MAX_MORPH_TARGETS];
+    const kd_morph_weights *old = kd_find(w, e, kd_morph_weights);
+    if (!old)
+        return;
+    sample_weights(p->model, node, p->clip, p->time_s, now);
+    if (p->previous && p->previous_weight > 0) {
+        sample_weights(p->model, node, p->previous, p->previous_time_s, before);
+        for (uint32_t i = 0; i < KD_MAX_MORPH_TARGETS; i++)
+            now[i] += (before[i] - now[i]) * p->previous_weight;
+    }
+    size_t bytes = (old->count < KD_MAX_MORPH_TARGETS ? old->count : KD_MAX_MORPH_TARGETS) * sizeof *now;
+    if (memcmp(old->weights, now, bytes) != 0)
+        memcpy(kd_find_mut(w, e, kd_morph_weights)->weights, now, bytes);
+}
+
+static void write_weights(kd_world *w, const kd_entity *entities, const player *p)
+{
+    for (uint32_t i = 0; i < p->clip->channel_count; i++)
+        if (p->clip->channels[i].path == KD_PATH_WEIGHTS)
+            write_node_weights(w, entities[p->clip->channels[i].node], p, p->clip->channels[i].node);
+    for (uint32_t i = 0; p->previous && i < p->previous->channel_count; i++) {
+        const kd_channel_desc *channel = &p->previous->channels[i];
+        if (channel->path == KD_PATH_WEIGHTS && !weights_channel(p->clip, channel->node))
+            write_node_weights(w, entities[channel->node], p, channel->node);
+    }
+}
+
+/* ---- time ---- */
+
+static void advance(player *p, float dt_s)
+{
+    kd_animation *a = p->animation;
+    double dt = a->paused ? 0 : (double)dt_s;
+    a->time_s = animation_wrap((double)p->time_s + dt * (double)a->speed, p->clip->duration, a->loop);
+    if (!a->previous_clip)
+        return;
+    if (!p->previous || p->previous_weight <= 0) { /* its last traces have been written over */
+        a->previous_clip = 0;
+        a->blend_s = a->blend_left_s = 0;
+        return;
+    }
+    a->previous_time_s = animation_wrap((double)p->previous_time_s + dt * (double)a->previous_speed,
+                                        p->previous->duration, a->previous_loop);
+    a->blend_left_s = a->blend_left_s > (float)dt ? a->blend_left_s - (float)dt : 0;
+}
+
+static const kd_clip_desc *clip_of(const kd_scene_store *store, const kd_animation *a, uint32_t clip)
+{
+    bool valid = clip && clip <= store->clip_count && store->clips[clip - 1].model == a->model - 1;
+    return valid ? store->clips[clip - 1].desc : NULL;
+}
+
+static bool make_player(const kd_scene_store *store, kd_animation *a, player *p)
+{
+    const kd_clip_desc *clip = a->model && a->model <= store->model_count ? clip_of(store, a, a->clip) : NULL;
+    if (!clip)
+        return false;
+    const kd_model *model = store->models[a->model - 1].model;
+    if (a->first_node > store->node_entity_count ||
+        model->node_count > store->node_entity_count - a->first_node)
+        return false;
+    *p = (player){
+        .animation = a, .model = model, .clip = clip, .previous = clip_of(store, a, a->previous_clip)};
+    p->time_s = animation_wrap((double)a->time_s, clip->duration, a->loop);
+    if (p->previous) {
+        p->previous_time_s =
+            animation_wrap((double)a->previous_time_s, p->previous->duration, a->previous_loop);
+        float weight = a->blend_s > 0 ? a->blend_left_s / a->blend_s : 0;
+        p->previous_weight = weight > 1 ? 1 : weight > 0 ? weight : 0;
+    }
+    return true;
+}
+
+/* ---- the system ---- */
+
+static uint32_t collect(const animation_state *state, const kd_scene_store *store, kd_arena *scratch,
+                        player *players)
+{
+    uint32_t count = 0;
+    for (kd_iter it = kd_query_iter(state->query); kd_iter_next(&it);) {
+        kd_animation *animations = KD_COLUMN_MUT(&it, kd_animation, 0);
+        for (uint32_t i = 0; i < it.count; i++) {
+            player *p = &players[count];
+            if (!make_player(store, &animations[i], p))
+                continue;
+            p->nodes = KD_ARENA_NEW(scratch, node_pose, p->model->node_count);
+            p->previous_nodes = p->previous ? KD_ARENA_NEW(scratch, node_pose, p->model->node_count) : NULL;
+            if (p->nodes && (!p->previous || p->previous_nodes))
+                count++;
+        }
+    }
+    return count;
+}
+
+static void animation_run(kd_system_context *c)
+{
+    const animation_state *state = c->user;
+    const kd_scene_store *store = kd_singleton(c->world, kd_scene_store);
+    const kd_frame *frame = kd_singleton(c->world, kd_frame);
+    uint32_t limit = kd_query_count(state->query);
+    player *players = limit ? KD_ARENA_NEW(c->scratch, player, limit) : NULL;
+    if (!players)
+        return;
+    uint32_t count = collect(state, store, c->scratch, players);
+    kd_jobs_parallel_for(c->jobs, count, 1, sample_players, players);
+    for (uint32_t i = 0; i < count; i++) {
+        const kd_entity *entities = store->node_entities + players[i].animation->first_node;
+        write_transforms(c->world, entities, &players[i]);
+        write_weights(c->world, entities, &players[i]);
+        advance(&players[i], frame->dt_s);
+    }
+}
+
+static kd_status animation_init(kd_system_context *c)
+{
+    animation_state *state = c->user;
+    state->query =
+        kd_query_make(c->world, &(kd_query_desc){.terms = {KD_WRITE(kd_animation)}, .name = "animation"});
+    return state->query ? KD_OK : kd_fail(KD_NO_MEMORY, "out of memory for the animation query");
+}
+
+static void animation_fini(kd_system_context *c)
+{
+    animation_state *state = c->user;
+    kd_query_destroy(state->query);
+    free(state);
+}
+
+kd_status kd_animation_import(kd_schedule *s)
+{
+    animation_state *state = calloc(1, sizeof *state);
+    if (!state)
+        return kd_fail(KD_NO_MEMORY, "out of memory for the animation system");
+    kd_status status = kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "animation",
+               .phase = KD_PHASE_ANIMATE,
+               .where = KD_ON_CPU,
+               .components = {KD_CHANGES(kd_animation), KD_CHANGES(kd_transform),
+                              KD_CHANGES(kd_morph_weights), KD_USES(kd_scene_store), KD_USES(kd_frame)},
+               .run = animation_run,
+               .init = animation_init,
+               .fini = animation_fini,
+               .user = state,
+           });
+    if (status != KD_OK)
+        free(state);
+    return status;
+}
