@@ -54,13 +54,10 @@ static kd_component_id find_component(lua_State *L, kd_entity e, const char *nam
     return 0;
 }
 
-/* Raises unless the component was made to be set by scenarios. */
 static void set_field(lua_State *L, kd_entity e, kd_component_id id, const char *field, int index)
 {
     kd_world *w = script_of(L)->world;
     const kd_component_desc *desc = kd_component_info(w, id);
-    if (strcmp(desc->name, "world_transform") == 0)
-        luaL_error(L, "world_transform is computed from transform every step; set that instead");
     char copy[1024]; /* changed aside, so that a value that is refused leaves nothing half written */
     if (desc->size > sizeof copy)
         luaL_error(L, "%s is too large to be set by a scenario", desc->name);

@@ -150,7 +150,7 @@ void script_push_field(lua_State *L, const kd_component_desc *desc, const char *
 
 static void check_range(lua_State *L, const char *what, const kd_field *field, double value)
 {
-    if (!isfinite(value))
+    if (!isfinite((float)value))
         luaL_error(L, "%s is not finite; correct it", what);
     if ((field->min != 0 || field->max != 0) && !(value >= field->min && value <= field->max))
         luaL_error(L, "%s is %f, which is out of range; choose a value from %f to %f", what, value, field->min, field->max);
@@ -286,8 +286,11 @@ void script_read_field(lua_State *L, int index, const kd_component_desc *desc, c
     int top = lua_gettop(L);
     index = lua_absindex(L, index);
     luaL_checkstack(L, 8, "a nested value");
+    const kd_script_host *host = &script_of(L)->host;
     const char *what = lua_pushfstring(L, "%s.%s", desc->name, name);
     const kd_field *field = script_find_field(desc, name), *degrees = field ? NULL : find_degrees(desc, name);
+    if ((field || degrees) && host->may_write && !host->may_write(host->user, desc->name, (field ? field : degrees)->name))
+        luaL_error(L, "%s is the runtime's own and cannot be set; read it only", what);
     if (degrees) {
         kd_field unbounded = *degrees;
         unbounded.min = unbounded.max = 0;

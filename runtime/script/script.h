@@ -69,6 +69,8 @@ typedef struct kd_script_host {
     /* Make an entity that has at least a transform, below the parent. */
     kd_status (*spawn)(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error);
     kd_status (*play)(void *user, kd_entity entity, const kd_script_play *play, kd_script_error *error);
+    /* Tell whether scenarios may set a field: most are, but not numbers that other systems trust. NULL: all are. */
+    bool (*may_write)(void *user, const char *component, const char *field);
 } kd_script_host;
 
 /* ---- running one ---- */

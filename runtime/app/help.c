@@ -1,0 +1,89 @@
+/* Help, generated from the tables that also parse the command line and hold the settings. */
+#include "runtime/app/help.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "runtime/app/app.h"
+#include "runtime/app/options.h"
+#include "runtime/core/log.h"
+#include "runtime/core/nearest.h"
+
+static void print_program(void)
+{
+    printf("Kandil %s: animated scenes lit by their own voxels.\n\nusage: kandil COMMAND …\n\n", KD_VERSION);
+    for (const app_command_row *row = app_commands; row->name; row++) {
+        char left[64];
+        snprintf(left, sizeof left, "%s %s", row->name, row->subject ? row->subject : "");
+        printf("  %-18s %s\n", left, row->doc);
+    }
+    printf("  %-18s %s\n\n", "--version", "print the version");
+    printf("`kandil help run` lists its options, `kandil help settings` what --set takes.\n"
+           "Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 interrupted.\n");
+}
+
+static void print_command(const app_command_row *row)
+{
+    printf("usage: kandil %s%s%s%s\n\n%s\n", row->name, row->subject ? " " : "", row->subject ? row->subject : "",
+           row->command == APP_RUN ? " [OPTIONS]" : "", row->doc);
+    if (row->command != APP_RUN)
+        return;
+    printf("\nA model that brings no camera or light is framed and lit; a small one without animation is turned.\n\n");
+    for (const app_option_row *option = app_run_options; option->name; option++) {
+        char left[64];
+        snprintf(left, sizeof left, "%s %s", option->name, option->value ? option->value : "");
+        printf("  %-24s %s\n", left, option->doc);
+    }
+}
+
+static void print_choices(const kd_setting_row *row)
+{
+    if (row->words) {
+        for (size_t i = 0; row->words[i]; i++)
+            printf("%s%s", i ? "|" : "", row->words[i]);
+    } else if (row->type == KD_SETTING_BOOL) {
+        printf("on|off");
+    } else {
+        printf("%g … %g", row->min, row->max);
+    }
+    printf("%s%s", row->unit ? " " : "", row->unit ? row->unit : "");
+}
+
+static void print_settings(void)
+{
+    size_t count;
+    const kd_setting_row *rows = kd_settings_rows(&count);
+    kd_settings defaults = kd_settings_defaults();
+    printf("usage: kandil run SCENE --set KEY=VALUE …\n\n");
+    for (size_t i = 0; i < count; i++) {
+        char text[32];
+        printf("  %-24s %s (", rows[i].key, rows[i].doc);
+        print_choices(&rows[i]);
+        printf("; default %s)\n", kd_settings_format(&defaults, &rows[i], text, sizeof text));
+    }
+    printf("\nNAME.component.field=VALUE sets a field of the entity of that name, such as lamp.light.intensity=5.\n");
+}
+
+kd_status app_help_print(const char *topic)
+{
+    if (!topic) {
+        print_program();
+        return KD_OK;
+    }
+    kd_nearest near = kd_nearest_to(topic);
+    kd_nearest_offer(&near, "settings");
+    if (strcmp(topic, "settings") == 0) {
+        print_settings();
+        return KD_OK;
+    }
+    for (const app_command_row *row = app_commands; row->name; row++) {
+        if (strcmp(row->name, topic) == 0) {
+            print_command(row);
+            return KD_OK;
+        }
+        kd_nearest_offer(&near, row->name);
+    }
+    if (near.best)
+        return kd_fail(KD_USAGE, "no help on '%s'; did you mean '%s'?", topic, near.best);
+    return kd_fail(KD_USAGE, "no help on '%s'; `kandil help` lists the commands", topic);
+}

@@ -1,0 +1,77 @@
+#ifndef KD_APP_OPTIONS_H
+#define KD_APP_OPTIONS_H
+
+/* The command line, checked. What was not said is told apart from what was, since a scenario may say it instead. */
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "runtime/core/settings.h"
+#include "runtime/core/status.h"
+#include "runtime/gpu/gpu.h"
+
+typedef enum app_command { APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR } app_command;
+
+typedef enum app_output_kind { APP_OUTPUT_PNG, APP_OUTPUT_EXR, APP_OUTPUT_FILM } app_output_kind;
+typedef struct app_output {
+    const char *path;
+    app_output_kind kind;
+    bool every_frame; /* a film, or a path with %d: the frame's number */
+} app_output;
+
+typedef struct app_options {
+    app_command command;
+    const char *subject; /* the scene, the file, or the topic of help; NULL */
+    int64_t frames;      /* -1: not said */
+    double seconds;      /* negative: not said */
+    double fps;          /* 0: not said */
+    uint32_t width, height; /* 0: not said */
+    uint64_t seed;
+    uint32_t threads;    /* 0: one per processor */
+    kd_context_api context;
+    int gi, view;        /* kd_gi_technique, kd_view_mode; -1: not said */
+    const char *profile; /* "table" or NULL */
+    bool profile_sync, window, quiet;
+    const char *stats, *graph; /* paths or NULL */
+    uint32_t output_count, root_count, set_count;
+    app_output *outputs;
+    const char **roots;
+    const char **sets;   /* "KEY=VALUE" as given; settings among them are checked already */
+    void *memory;        /* of the lists */
+} app_options;
+
+/** Read the command line. Strings point into argv.
+ *
+ *  Errors  USAGE with one message; NO_MEMORY. Nothing to free then
+ *  Owns    app_options_fini frees the lists
+ */
+kd_status app_options_parse(int argc, char **argv, app_options *out);
+void app_options_fini(app_options *options);
+
+/* One row of the list of options, for parsing and for `kandil help run`. */
+typedef struct app_option_row {
+    const char *name;  /* "--frames" */
+    const char *value; /* "N"; NULL: a flag */
+    kd_status (*read)(app_options *options, const char *value);
+    const char *doc;
+} app_option_row;
+extern const app_option_row app_run_options[]; /* ended by an empty row */
+
+typedef struct app_command_row {
+    const char *name;
+    app_command command;
+    const char *subject; /* "SCENE", NULL when it takes none, "[COMMAND]" when it may be left out */
+    const char *doc;
+} app_command_row;
+extern const app_command_row app_commands[]; /* ended by an empty row */
+
+/** Tell whether "KEY=VALUE" names a field of an entity (NAME.component.field) rather than a setting. */
+bool app_is_entity_field(const char *assignment);
+
+/** Words of --gi and --view, in order of the enumerations, NULL-terminated. */
+extern const char *const app_gi_words[];
+extern const char *const app_view_words[];
+/** Index of a word; -1 when it is none of them. */
+int app_find_word(const char *const *words, const char *word);
+
+#endif
