@@ -7,7 +7,8 @@
 #include "runtime/ecs/world.h"
 #include "runtime/gpu/gpu.h"
 
-/* Resource "gbuffer", system geometry. Read in shaders through shaders/include/gbuffer.glsl. */
+/* Resource "gbuffer", system geometry. Read in shaders through shaders/include/gbuffer.glsl. Row 0 is the bottom of the
+ * picture here and in kd_gi_targets; resolve turns it round. */
 typedef struct kd_gbuffer {
     kd_gpu_texture albedo, normal, material, emissive, depth;
     kd_gpu_target target;
@@ -20,7 +21,7 @@ typedef struct kd_lighting {
     kd_gpu_buffer view;        /* kd_view_params, uniform block KD_BIND_VIEW */
     kd_gpu_buffer lights;      /* kd_lights_params, uniform block KD_BIND_LIGHTS */
     kd_gpu_texture shadow_directional, shadow_spot; /* depth arrays, units KD_UNIT_SHADOW_* */
-    uint32_t light_count;
+    uint32_t light_count, directional_count; /* directional lights come first */
     void *internal;
 } kd_lighting;
 KD_COMPONENT_DECLARE(kd_lighting);
@@ -35,7 +36,7 @@ KD_COMPONENT_DECLARE(kd_gi_targets);
 
 /* Resource "picture", system resolve. */
 typedef struct kd_picture {
-    kd_gpu_texture hdr;        /* RGBA16F linear radiance of the chosen view */
+    kd_gpu_texture hdr;        /* RGBA16F linear radiance of the chosen view, row 0 on top */
     kd_gpu_texture ldr;        /* RGBA8, sRGB encoded, row 0 on top: what is saved and shown */
     uint32_t width, height;
 } kd_picture;
@@ -44,7 +45,7 @@ KD_COMPONENT_DECLARE(kd_picture);
 /* Resources "tree.*", the voxel systems. `uniform` is block KD_BIND_TREE; textures go to KD_UNIT_TREE_*. */
 typedef struct kd_tree {
     kd_gpu_buffer uniform;
-    kd_gpu_texture radiance, index, nodes, leaves;
+    kd_gpu_texture radiance, index, nodes, leaves, data;
     uint32_t cascade_count, resolution, dense_resolution;
     float span_m[4];
     uint64_t static_voxels, dynamic_voxels, cached_voxels, resident_voxels;

@@ -169,6 +169,7 @@ void shadow_lights_run(kd_system_context *context)
     begin_lights(s, frame);
     fill_view(s, view, frame);
     add_lights(s, true, view, frame, &bounds);
+    lighting->directional_count = s->lights.count.x;
     s->lights.kinds.x = (float)s->lights.count.x;
     add_lights(s, false, view, frame, &bounds);
     lighting->light_count = s->lights.count.x;

@@ -98,6 +98,8 @@ static void shadow_fini(kd_system_context *context)
     kd_gpu *gpu = context->gpu;
     kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
     shadow_state *s = lighting->internal;
+    if (s == NULL)
+        return;
     destroy_maps(gpu, lighting->shadow_directional, s->directional_targets, s->made_directional_layers);
     destroy_maps(gpu, lighting->shadow_spot, s->spot_targets, s->made_spot_layers);
     kd_gpu_destroy_program(gpu, s->opaque);

@@ -1,0 +1,30 @@
+#ifndef KD_SHADERS_RESOLVE_H
+#define KD_SHADERS_RESOLVE_H
+
+#include "shaders/shared/layout.h"
+
+/* What the picture shows: the numbers of kd_view_mode. */
+#define KD_SHOW_FINAL 0u
+#define KD_SHOW_DIRECT 1u
+#define KD_SHOW_INDIRECT 2u
+#define KD_SHOW_AO 3u
+#define KD_SHOW_SPECULAR 4u
+#define KD_SHOW_ALBEDO 5u
+#define KD_SHOW_NORMAL 6u
+#define KD_SHOW_DEPTH 7u
+
+/* The numbers of kd_tonemap. */
+#define KD_CURVE_ACES 0u
+#define KD_CURVE_REINHARD 1u
+#define KD_CURVE_LINEAR 2u
+
+/* Uniform block KD_BIND_PASS of the passes that make the picture. */
+struct kd_resolve_params {
+    uvec4 mode; /* x: KD_SHOW_*, y: KD_CURVE_*, z: 1 when the GI targets hold this frame's light, w: groups of luminance */
+    /* ---- 16 */
+};
+KD_LAYOUT_CHECK(kd_resolve_params, 16)
+
+#include "shaders/shared/layout_end.h"
+
+#endif

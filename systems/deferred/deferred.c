@@ -1,0 +1,212 @@
+/* Fills the G-buffer: every batch of the draw list that touches the view, one set of parameters and one draw call each.
+ * Programs are made for the maps a material has, when the first such material is drawn. */
+
+#include "systems/deferred/deferred.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "components/camera.h"
+#include "components/frame.h"
+#include "components/material.h"
+#include "components/render_targets.h"
+#include "runtime/core/arena.h"
+#include "runtime/core/frustum.h"
+#include "runtime/core/log.h"
+#include "shaders/shared/bindings.h"
+
+enum { MAP_VARIANTS = 32, GEOMETRY_STRIDE = KD_GEOMETRY_WORDS * 4, ATTRIBUTE_STRIDE = KD_ATTRIBUTE_WORDS * 4 };
+
+typedef struct deferred_state {
+    kd_gpu_program programs[MAP_VARIANTS][2]; /* by KD_MAP_* bits; [1]: masked */
+    bool tried[MAP_VARIANTS][2];              /* a program that failed is not compiled again every frame */
+    kd_gpu_buffer args;
+    uint64_t drawn_triangles;
+} deferred_state;
+
+static kd_gpu_texture make_texture(kd_gpu *gpu, kd_texture_format format, const kd_frame *frame, const char *name)
+{
+    return kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = format, .width = frame->width, .height = frame->height,
+                                                           .filter = KD_NEAREST, .name = name});
+}
+
+static void destroy_gbuffer(kd_gpu *gpu, kd_gbuffer *g)
+{
+    kd_gpu_destroy_target(gpu, g->target);
+    kd_gpu_destroy_texture(gpu, g->albedo);
+    kd_gpu_destroy_texture(gpu, g->normal);
+    kd_gpu_destroy_texture(gpu, g->material);
+    kd_gpu_destroy_texture(gpu, g->emissive);
+    kd_gpu_destroy_texture(gpu, g->depth);
+    *g = (kd_gbuffer){0};
+}
+
+/* The formats are those that shaders/include/surface.glsl packs. */
+static void ensure_gbuffer(kd_gpu *gpu, kd_gbuffer *g, const kd_frame *frame)
+{
+    if (g->width == frame->width && g->height == frame->height)
+        return;
+    destroy_gbuffer(gpu, g);
+    g->albedo = make_texture(gpu, KD_RGBA8, frame, "gbuffer albedo");
+    g->normal = make_texture(gpu, KD_RGBA16UI, frame, "gbuffer normal");
+    g->material = make_texture(gpu, KD_RGBA8, frame, "gbuffer material");
+    g->emissive = make_texture(gpu, KD_RGBA16F, frame, "gbuffer emissive");
+    g->depth = make_texture(gpu, KD_DEPTH32F, frame, "gbuffer depth");
+    g->target = kd_gpu_make_target(gpu, &(kd_gpu_target_desc){
+        .color = {g->albedo, g->normal, g->material, g->emissive}, .depth = g->depth, .name = "gbuffer"});
+    g->width = frame->width;
+    g->height = frame->height;
+}
+
+static kd_gpu_program find_program(kd_gpu *gpu, deferred_state *s, uint32_t maps, bool masked)
+{
+    if (!s->tried[maps][masked]) {
+        char define[32];
+        snprintf(define, sizeof define, "MATERIAL_MAPS %u", maps);
+        const char *defines[] = {define, masked ? "MASKED" : NULL, NULL};
+        s->programs[maps][masked] = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){
+            .vertex = "shaders/deferred/geometry.vert", .fragment = "shaders/deferred/geometry.frag", .defines = defines});
+        s->tried[maps][masked] = true;
+    }
+    return s->programs[maps][masked];
+}
+
+static kd_gpu_geometry make_geometry(const kd_scene_store *store, const kd_draw_list *list)
+{
+    kd_gpu_buffer g = store->geometry, a = store->attributes;
+    return (kd_gpu_geometry){
+        .attributes = {{g, KD_LOC_POSITION, KD_ATTR_F32X3, 0, GEOMETRY_STRIDE, false},
+                       {g, KD_LOC_NORMAL, KD_ATTR_SNORM16X4, 12, GEOMETRY_STRIDE, false},
+                       {g, KD_LOC_TANGENT, KD_ATTR_SNORM16X4, 20, GEOMETRY_STRIDE, false},
+                       {a, KD_LOC_UV0, KD_ATTR_F32X2, 0, ATTRIBUTE_STRIDE, false},
+                       {a, KD_LOC_UV1, KD_ATTR_F32X2, 8, ATTRIBUTE_STRIDE, false},
+                       {a, KD_LOC_COLOR, KD_ATTR_UNORM8X4, 16, ATTRIBUTE_STRIDE, false},
+                       {list->object_ids, KD_LOC_OBJECT, KD_ATTR_U32X1, 0, 4, true}},
+        .indices = store->indices,
+    };
+}
+
+/* Gather the arguments of the batch's draws that touch the view. Returns how many. */
+static uint32_t cull_batch(const kd_draw_list *list, const kd_draw_batch *batch, const kd_frustum *frustum,
+                           kd_draw_indexed *out)
+{
+    uint32_t count = 0;
+    for (uint32_t i = batch->first_draw; i < batch->first_draw + batch->draw_count; i++)
+        if (kd_frustum_touches(frustum, list->draws[i].bounds_min_ws, list->draws[i].bounds_max_ws))
+            out[count++] = list->draws[i].args;
+    return count;
+}
+
+/* Bind parameters and maps. Returns the program that reads them. */
+static kd_gpu_program bind_material(kd_gpu *gpu, deferred_state *s, const kd_store_material *material)
+{
+    struct kd_material_params params = kd_material_params_make(material);
+    kd_gpu_bind_uniform(gpu, KD_BIND_MATERIAL, &params, sizeof params);
+    for (uint32_t i = 0; i < 5; i++)
+        if (params.maps.x & 1u << i)
+            kd_gpu_bind_texture(gpu, KD_UNIT_BASE_COLOR + i, material->maps[i]);
+    return find_program(gpu, s, params.maps.x, params.emissive.w >= 0);
+}
+
+/* Culling is part of a target's state; a change of it binds the target again, without clearing. */
+static void begin_raster(kd_gpu *gpu, const kd_gbuffer *g, kd_cull cull, bool clear)
+{
+    kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = g->target, .width = g->width, .height = g->height,
+                                              .depth_test = true, .depth_write = true, .cull = cull, .clear_depth = clear});
+}
+
+static kd_cull batch_cull(const kd_draw_batch *batch, const kd_store_material *material)
+{
+    if (material->desc.double_sided)
+        return KD_CULL_NONE;
+    return batch->mirrored ? KD_CULL_FRONT : KD_CULL_BACK;
+}
+
+static void draw_batches(kd_system_context *context, deferred_state *s, const kd_gbuffer *g, const kd_draw_indexed *args,
+                         const uint32_t *counts)
+{
+    kd_gpu *gpu = context->gpu;
+    const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
+    const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
+    kd_gpu_geometry geometry = make_geometry(store, list);
+    kd_cull cull = KD_CULL_BACK;
+    kd_gpu_bind_storage(gpu, 0, list->objects);
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, kd_singleton(context->world, kd_lighting)->view, 0,
+                               sizeof(struct kd_view_params));
+    for (uint32_t b = 0, first = 0; b < list->batch_count; first += counts[b++]) {
+        if (counts[b] == 0)
+            continue;
+        const kd_store_material *material = &store->materials[list->batches[b].material];
+        kd_cull wanted = batch_cull(&list->batches[b], material);
+        if (wanted != cull)
+            begin_raster(gpu, g, cull = wanted, false);
+        kd_gpu_program program = bind_material(gpu, s, material);
+        kd_gpu_draw_indirect(gpu, program, &geometry, s->args, first * sizeof *args, counts[b]);
+        for (uint32_t i = first; i < first + counts[b]; i++)
+            s->drawn_triangles += args[i].index_count / 3;
+    }
+}
+
+static void geometry_run(kd_system_context *context)
+{
+    kd_gpu *gpu = context->gpu;
+    deferred_state *s = context->user;
+    kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
+    const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
+    ensure_gbuffer(gpu, g, kd_singleton(context->world, kd_frame));
+    begin_raster(gpu, g, KD_CULL_BACK, true);
+    s->drawn_triangles = 0;
+    if (list->draw_count == 0)
+        return;
+    kd_frustum frustum = kd_frustum_make(&kd_singleton(context->world, kd_view)->view_projection, -1);
+    kd_draw_indexed *args = KD_ARENA_NEW(context->scratch, kd_draw_indexed, list->draw_count);
+    uint32_t *counts = KD_ARENA_NEW(context->scratch, uint32_t, list->batch_count), total = 0;
+    if (args == NULL || counts == NULL) {
+        kd_fail(KD_NO_MEMORY, "geometry: no memory for %u draws; use a smaller scene", list->draw_count);
+        return;
+    }
+    for (uint32_t b = 0; b < list->batch_count; b++)
+        total += counts[b] = cull_batch(list, &list->batches[b], &frustum, args + total);
+    if (total == 0)
+        return;
+    kd_gpu_ensure_buffer(gpu, &s->args, total * sizeof *args, 0, "geometry arguments");
+    kd_gpu_write_buffer(gpu, s->args, 0, args, total * sizeof *args);
+    draw_batches(context, s, g, args, counts);
+}
+
+static void geometry_fini(kd_system_context *context)
+{
+    deferred_state *s = context->user;
+    destroy_gbuffer(context->gpu, kd_singleton(context->world, kd_gbuffer));
+    for (int i = 0; i < MAP_VARIANTS * 2; i++)
+        kd_gpu_destroy_program(context->gpu, s->programs[i / 2][i % 2]);
+    kd_gpu_destroy_buffer(context->gpu, s->args);
+    free(s);
+}
+
+/* What the targets and the triangles' vertices weigh: texels are written once at least. */
+static uint64_t geometry_bytes(const kd_system_context *context)
+{
+    const kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
+    const deferred_state *s = context->user;
+    enum { TEXEL_BYTES = 4 + 8 + 4 + 8 + 4 };
+    return (uint64_t)g->width * g->height * TEXEL_BYTES + s->drawn_triangles * 3 * (GEOMETRY_STRIDE + ATTRIBUTE_STRIDE + 4);
+}
+
+kd_status kd_deferred_import(kd_schedule *schedule)
+{
+    deferred_state *s = calloc(1, sizeof *s);
+    if (s == NULL)
+        return kd_fail(KD_NO_MEMORY, "geometry: no memory for its state; free some");
+    kd_status status = kd_schedule_add(schedule, &(kd_system_desc){
+        .name = "geometry", .phase = KD_PHASE_GEOMETRY, .where = KD_ON_GPU,
+        .components = {KD_USES(kd_draw_list), KD_USES(kd_scene_store), KD_USES(kd_view), KD_USES(kd_frame),
+                       KD_USES(kd_lighting), KD_CHANGES(kd_gbuffer)},
+        .resources = {{"scene.vertices", KD_USE_VERTEX}, {"scene.indices", KD_USE_INDEX},
+                      {"scene.objects", KD_USE_STORAGE_READ | KD_USE_VERTEX}, {"lights.uniform", KD_USE_UNIFORM},
+                      {"gbuffer", KD_USE_TARGET}},
+        .run = geometry_run, .fini = geometry_fini, .bytes_moved = geometry_bytes, .user = s});
+    if (status != KD_OK)
+        free(s);
+    return status;
+}

@@ -1,0 +1,149 @@
+/* System resolve: adds up emitted, direct and indirect light into kd_picture.hdr, or shows one of them alone. */
+
+#include "systems/resolve/resolve.h"
+
+#include <stdlib.h>
+
+#include "runtime/core/log.h"
+#include "systems/resolve/internal.h"
+
+_Static_assert((unsigned)KD_VIEW_FINAL == KD_SHOW_FINAL && (unsigned)KD_VIEW_DIRECT == KD_SHOW_DIRECT &&
+                   (unsigned)KD_VIEW_INDIRECT == KD_SHOW_INDIRECT && (unsigned)KD_VIEW_AO == KD_SHOW_AO &&
+                   (unsigned)KD_VIEW_SPECULAR == KD_SHOW_SPECULAR && (unsigned)KD_VIEW_ALBEDO == KD_SHOW_ALBEDO &&
+                   (unsigned)KD_VIEW_NORMAL == KD_SHOW_NORMAL && (unsigned)KD_VIEW_DEPTH == KD_SHOW_DEPTH,
+               "shaders number the views as kd_view_mode does");
+_Static_assert((unsigned)KD_TONEMAP_ACES == KD_CURVE_ACES && (unsigned)KD_TONEMAP_REINHARD == KD_CURVE_REINHARD &&
+                   (unsigned)KD_TONEMAP_LINEAR == KD_CURVE_LINEAR,
+               "shaders number the curves as kd_tonemap does");
+
+uint32_t resolve_groups(uint32_t size, uint32_t group)
+{
+    return (size + group - 1) / group;
+}
+
+void resolve_bind_scene(kd_system_context *context)
+{
+    kd_gpu *gpu = context->gpu;
+    const kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
+    const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_ALBEDO, g->albedo);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_NORMAL, g->normal);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_MATERIAL, g->material);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_EMISSIVE, g->emissive);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_DEPTH, g->depth);
+    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
+    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
+}
+
+/* Views that other systems draw start from the final picture. */
+struct kd_resolve_params resolve_params(kd_system_context *context)
+{
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    const kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
+    bool has_gi = frame->gi != KD_GI_NONE && gi->diffuse.id != 0;
+    return (struct kd_resolve_params){.mode = {frame->view > KD_VIEW_DEPTH ? KD_VIEW_FINAL : frame->view,
+                                               (uint32_t)frame->settings.view_tonemap, has_gi ? 1 : 0, 0}};
+}
+
+static void destroy_picture(kd_gpu *gpu, kd_picture *p)
+{
+    kd_gpu_destroy_texture(gpu, p->hdr);
+    kd_gpu_destroy_texture(gpu, p->ldr);
+    *p = (kd_picture){0};
+}
+
+static void ensure_picture(kd_gpu *gpu, kd_picture *p, const kd_frame *frame)
+{
+    if (p->width == frame->width && p->height == frame->height)
+        return;
+    destroy_picture(gpu, p);
+    kd_gpu_texture_desc desc = {
+        .format = KD_RGBA16F, .width = frame->width, .height = frame->height, .filter = KD_NEAREST, .name = "picture hdr"};
+    p->hdr = kd_gpu_make_texture(gpu, &desc);
+    desc.format = KD_RGBA8;
+    desc.name = "picture";
+    p->ldr = kd_gpu_make_texture(gpu, &desc);
+    p->width = frame->width;
+    p->height = frame->height;
+}
+
+static kd_status resolve_init(kd_system_context *context)
+{
+    static const uint16_t texel[4] = {0};
+    resolve_state *s = context->user;
+    s->resolve = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/resolve/resolve.comp"});
+    s->black = kd_gpu_make_texture(context->gpu, &(kd_gpu_texture_desc){.format = KD_RGBA16F, .width = 1, .height = 1,
+                                                                        .data = texel, .name = "black"});
+    return s->resolve.id != 0 && s->black.id != 0 ? KD_OK : KD_GPU;
+}
+
+static void resolve_fini(kd_system_context *context)
+{
+    resolve_state *s = context->user;
+    kd_gpu_destroy_program(context->gpu, s->resolve);
+    kd_gpu_destroy_texture(context->gpu, s->black);
+    destroy_picture(context->gpu, kd_singleton(context->world, kd_picture));
+}
+
+static void resolve_run(kd_system_context *context)
+{
+    kd_gpu *gpu = context->gpu;
+    const resolve_state *s = context->user;
+    const kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
+    kd_picture *picture = kd_singleton(context->world, kd_picture);
+    ensure_picture(gpu, picture, kd_singleton(context->world, kd_frame));
+    struct kd_resolve_params params = resolve_params(context);
+    resolve_bind_scene(context);
+    kd_gpu_bind_texture(gpu, KD_UNIT_DIRECT, s->direct_texture);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, gi->diffuse.id != 0 ? gi->diffuse : s->black);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR, gi->specular.id != 0 ? gi->specular : s->black);
+    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
+    kd_gpu_bind_image(gpu, 0, picture->hdr, 0, KD_IMAGE_WRITE, KD_RGBA16F);
+    kd_gpu_dispatch(gpu, s->resolve, resolve_groups(picture->width, RESOLVE_GROUP),
+                    resolve_groups(picture->height, RESOLVE_GROUP), 1);
+}
+
+/* Texels read and written once each. */
+static uint64_t pixel_bytes(const kd_system_context *context, uint64_t bytes)
+{
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    return (uint64_t)frame->width * frame->height * bytes;
+}
+static uint64_t direct_bytes(const kd_system_context *context) { return pixel_bytes(context, 28 + 8); }
+static uint64_t resolve_bytes(const kd_system_context *context) { return pixel_bytes(context, 28 + 8 + 16 + 8); }
+static uint64_t tonemap_bytes(const kd_system_context *context) { return pixel_bytes(context, 8 + 4); }
+
+kd_status kd_resolve_import(kd_schedule *schedule)
+{
+    resolve_state *state = calloc(1, sizeof *state);
+    if (state == NULL)
+        return kd_fail(KD_NO_MEMORY, "resolve: no memory for its state; free some");
+    const kd_system_desc systems[] = {
+        {.name = "direct", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
+         .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer)},
+         .resources = {{"gbuffer", KD_USE_SAMPLED}, {"shadow.maps", KD_USE_SAMPLED}, {"lights.uniform", KD_USE_UNIFORM},
+                       {"direct", KD_USE_IMAGE_WRITE}},
+         .run = resolve_direct_run, .fini = resolve_direct_fini, .bytes_moved = direct_bytes, .user = state},
+        {.name = "resolve", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
+         .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer), KD_USES(kd_gi_targets),
+                        KD_CHANGES(kd_picture)},
+         .resources = {{"gbuffer", KD_USE_SAMPLED}, {"lights.uniform", KD_USE_UNIFORM}, {"direct", KD_USE_SAMPLED},
+                       {"gi", KD_USE_SAMPLED}, {"picture", KD_USE_IMAGE_WRITE}},
+         .init = resolve_init, .run = resolve_run, .fini = resolve_fini, .bytes_moved = resolve_bytes, .user = state},
+        {.name = "tonemap", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
+         .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gi_targets), KD_USES(kd_picture)},
+         .resources = {{"lights.uniform", KD_USE_UNIFORM}, {"picture", KD_USE_SAMPLED | KD_USE_IMAGE_WRITE}},
+         .init = resolve_tonemap_init, .run = resolve_tonemap_run, .fini = resolve_tonemap_fini,
+         .bytes_moved = tonemap_bytes, .user = state},
+    };
+    for (size_t i = 0; i < sizeof systems / sizeof *systems; i++) {
+        kd_status status = kd_schedule_add(schedule, &systems[i]);
+        if (status != KD_OK && i == 0)
+            free(state);
+        if (status != KD_OK)
+            return status;
+    }
+    return KD_OK;
+}
