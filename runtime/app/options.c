@@ -5,6 +5,7 @@
 #include <ctype.h>
 #include <errno.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -225,8 +226,7 @@ static kd_status read_level(app_options *o, const char *text)
     static char assignment[32]; /* one command line a process */
     int64_t level = 0;
     kd_status status = read_integer("--level", text, 0, 15, &level);
-    strcpy(assignment, "view.level=");
-    strncat(assignment, text, 8);
+    snprintf(assignment, sizeof assignment, "view.level=%d", (int)level);
     if (status == KD_OK)
         o->sets[o->set_count++] = assignment;
     return status;

@@ -1,0 +1,27 @@
+#ifndef KD_APP_CONSOLE_H
+#define KD_APP_CONSOLE_H
+
+/* The terminal: messages and the progress bar share it, so one file owns it. Threading: any, except open and close. */
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+void app_console_open(void);             /* takes over the log's sink */
+void app_console_set_quiet(bool quiet);  /* errors only */
+void app_console_close(void);
+
+/** Draw the bar when standard error is a terminal. `frame_ms` is the time of the last frame. */
+void app_console_progress(uint64_t done, uint64_t total, double frame_ms);
+void app_console_clear(void);
+
+/** Catch errors in `text` instead of printing them: the last one stays. NULL ends that. */
+void app_console_capture(char *text, size_t size);
+
+/** Tell whether an error was printed. */
+bool app_console_said_error(void);
+
+/** Get the warnings so far, oldest first; at most 64 are kept. Valid until the next warning. */
+const char *const *app_console_warnings(uint32_t *count);
+
+#endif

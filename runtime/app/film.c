@@ -1,0 +1,72 @@
+#include "runtime/app/film.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "runtime/core/log.h"
+
+kd_status app_film_open(app_film *film, const char *path, uint32_t width, uint32_t height, double fps)
+{
+    char size[32], rate[32];
+    memset(film, 0, sizeof *film);
+    film->child.input = film->child.errors = -1;
+    film->frame_bytes = (size_t)width * height * 4;
+    snprintf(size, sizeof size, "%ux%u", width, height);
+    snprintf(rate, sizeof rate, "%.9g", fps);
+    int kept = snprintf(film->path, sizeof film->path, "%s", path);
+    int written = snprintf(film->temp, sizeof film->temp, "%s.part%ld.mp4", path, (long)getpid());
+    if (kept >= (int)sizeof film->path || written >= (int)sizeof film->temp)
+        return kd_fail(KD_OUT_OF_RANGE, "%.64s…: the path is too long; shorten it", path);
+    /* A leading "./" keeps ffmpeg from reading a name such as "-x.mp4" or "a:b.mp4" as something else. */
+    char target[KD_PATH_MAX + 8];
+    snprintf(target, sizeof target, "%s%s", film->temp[0] == '/' ? "file:" : "file:./", film->temp);
+    const char *const argv[] = {
+        "ffmpeg", "-hide_banner", "-loglevel", "error", "-nostats", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", size,
+        "-r", rate, "-i", "pipe:0", "-vf",
+        "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
+        "-c:v", "libx264", "-crf", "18", "-preset", "veryfast", "-colorspace", "bt709", "-color_primaries", "bt709",
+        "-color_trc", "iec61966-2-1", "-color_range", "tv", "-movflags", "+faststart", target, NULL,
+    };
+    return app_child_start(&film->child, argv);
+}
+
+/* Wait for the child and tell whether it did its work; when not, remove what it left and say why. */
+static kd_status finish_child(app_film *film, bool write_failed)
+{
+    char line[256];
+    int code = app_child_finish(&film->child, line, sizeof line);
+    if (code == 0 && !write_failed)
+        return KD_OK;
+    unlink(film->temp);
+    return kd_fail(KD_IO, "%s: ffmpeg failed with code %d (%s); check the free space and that ffmpeg has libx264", film->path, code,
+                   line[0] ? line : "it said nothing");
+}
+
+kd_status app_film_write(app_film *film, const void *rgba)
+{
+    if (!app_child_write(&film->child, rgba, film->frame_bytes))
+        return finish_child(film, true);
+    film->frames++;
+    return KD_OK;
+}
+
+kd_status app_film_close(app_film *film)
+{
+    if (film->child.pid == 0)
+        return KD_OK;
+    if (film->frames == 0) { /* which ffmpeg calls an error */
+        app_child_finish(&film->child, NULL, 0);
+        unlink(film->temp);
+        return KD_OK;
+    }
+    kd_status status = finish_child(film, false);
+    if (status != KD_OK)
+        return status;
+    if (rename(film->temp, film->path) == 0)
+        return KD_OK;
+    int error = errno;
+    unlink(film->temp);
+    return kd_fail(KD_IO, "%s: the film could not be put in place (%s); check the folder", film->path, strerror(error));
+}

@@ -1,0 +1,24 @@
+#ifndef KD_APP_IMAGE_WRITE_H
+#define KD_APP_IMAGE_WRITE_H
+
+/* Picture files, written whole or not at all. Threading: any. */
+
+#include <stdint.h>
+
+#include "runtime/core/status.h"
+
+/** Write an 8 bit sRGB file without opacity.
+ *
+ *  Shapes  rgba: height rows of width texels of 4 bytes, row 0 on top; opacity is left out
+ *  Errors  as kd_file_out_open and kd_file_out_commit, NO_MEMORY; one message
+ */
+kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgba);
+
+/** Write linear radiance in half floats, three channels, ZIP compressed.
+ *
+ *  Shapes  rgba: height rows of width texels of 4 halfs, row 0 on top; opacity is left out
+ *  Errors  as kd_file_write, NO_MEMORY; one message
+ */
+kd_status app_exr_write(const char *path, uint32_t width, uint32_t height, const uint16_t *rgba);
+
+#endif
