@@ -4,7 +4,10 @@
 /* Systems: behaviour with declared access. From the declarations of all systems the scheduler derives one graph for the
  * frame: the order, what runs in parallel, and which memory barrier stands before which GPU system.
  * Two systems conflict when one writes a component or GPU resource that the other reads or writes; conflicting systems
- * run in order of (phase, registration). Systems that do not conflict may run at the same time, whatever their phase. */
+ * run in order of (phase, registration). Systems that do not conflict may run at the same time, whatever their phase, up to
+ * the next merge: after each phase with a system that may record commands (it is exclusive, or changes a component and is
+ * not marked no_commands) everything waits for the commands to be merged on the GPU lane, so that what a system sees never
+ * depends on timing. */
 
 #include "runtime/ecs/query.h"
 
@@ -15,7 +18,7 @@ struct kd_arena;
 #define KD_PHASE_LIST(X)                                                                                     \
     X(INPUT, "input") X(SCRIPT, "script") X(ANIMATE, "animate") X(HIERARCHY, "hierarchy") X(DEFORM, "deform") \
     X(CULL, "cull") X(SHADOW, "shadow") X(VOXEL_IO, "voxel_io") X(VOXEL_TRANSFORM, "voxel_transform")        \
-    X(SVO_BUILD, "svo_build") X(SVO_FILTER, "svo_filter") X(LIGHT_INJECT, "light_inject")                    \
+    X(SVO_BUILD, "svo_build") X(LIGHT_INJECT, "light_inject") X(SVO_FILTER, "svo_filter")                    \
     X(GEOMETRY, "geometry") X(GATHER, "gather") X(RESOLVE, "resolve") X(VIEW, "view") X(CAPTURE, "capture")
 typedef enum kd_phase {
 #define KD_PHASE_ENUM(name, text) KD_PHASE_##name,
@@ -53,8 +56,10 @@ typedef struct kd_system_context {
     struct kd_gpu *gpu;       /* NULL for CPU systems */
     struct kd_jobs *jobs;
     struct kd_arena *scratch; /* emptied every frame; one per worker */
-    kd_commands *commands;    /* of the worker that runs the system */
+    kd_commands *commands;    /* of the worker that runs the system, its key set to command_key; NULL with no_commands */
     void *user;
+    uint32_t worker;
+    uint64_t command_key;     /* parallel loops record under command_key + row in kd_world_commands(world, worker); < 2^32 rows */
 } kd_system_context;
 
 #define KD_MAX_COMPONENT_USES 24
@@ -64,7 +69,9 @@ typedef struct kd_system_desc {
     kd_phase phase;
     kd_where where;
     kd_component_use components[KD_MAX_COMPONENT_USES];
-    kd_resource_use resources[KD_MAX_RESOURCE_USES];
+    kd_resource_use resources[KD_MAX_RESOURCE_USES]; /* the names must outlive the schedule */
+    bool exclusive;   /* touches what cannot be listed (a scripting host): conflicts with every system */
+    bool no_commands; /* changes components but never records commands: needs no merge after its phase */
     void (*run)(kd_system_context *context);
     bool (*run_if)(kd_system_context *context);                           /* NULL: always */
     kd_status (*init)(kd_system_context *context);                        /* once before the first frame, on the lane it runs on; NULL allowed */

@@ -297,6 +297,11 @@ void kd_jobs_wait(kd_jobs *jobs, kd_job_counter *counter)
     flush(jobs, &run);
 }
 
+void kd_jobs_lower(kd_jobs *jobs, kd_job_counter *counter, uint32_t n)
+{
+    flush(jobs, &(finished_run){counter, n});
+}
+
 /* Single thread: run all that the last job left behind. */
 static void drain_inline(kd_jobs *jobs)
 {

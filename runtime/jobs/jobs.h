@@ -29,6 +29,8 @@ void kd_jobs_run_n(kd_jobs *jobs, kd_job_fn *fn, void *const *users, uint32_t n,
 void kd_jobs_run_lane(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter *counter);
 /** Wait until the counter is zero, running other jobs meanwhile (worker 0 also lane jobs). */
 void kd_jobs_wait(kd_jobs *jobs, kd_job_counter *counter);
+/** Lower a counter that was raised by hand, and wake who waits for zero. Threading: any worker. */
+void kd_jobs_lower(kd_jobs *jobs, kd_job_counter *counter, uint32_t n);
 /** Split [0, count) over the workers; grain 0 chooses. Runs inline when splitting gains nothing. Returns when all is done. */
 void kd_jobs_parallel_for(kd_jobs *jobs, uint32_t count, uint32_t grain, kd_range_fn *fn, void *user);
 /** Worker number of the calling thread; 0 for threads that are not workers. */
