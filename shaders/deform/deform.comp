@@ -1,5 +1,5 @@
-/* Morphs and skins the vertices of deforming instances: rest pose + weighted deltas, then linear blend skinning into
- * world space. Normals go by the cofactors of the blended matrix, so that uneven scale bends them rightly.
+/* Morphs and skins the vertices of deforming instances: rest pose + weighted deltas, then linear blend skinning
+ * into world space. Normals go by the cofactors of the blended matrix, so that uneven scale bends them rightly.
  * The same arithmetic, in the same order, as systems/deform/deform_reference.c. */
 
 #include "shaders/shared/bindings.h"
@@ -82,7 +82,8 @@ void skin(kd_deform_item item, uint local, inout vertex v)
     float side = dot(x, cx) < 0.0 ? -1.0 : 1.0;
     v.position = vec3(dot(rows[0], p), dot(rows[1], p), dot(rows[2], p));
     v.normal = unit(side * vec3(dot(cx, v.normal), dot(cy, v.normal), dot(cz, v.normal)), v.normal);
-    v.tangent.xyz = unit(vec3(dot(x, v.tangent.xyz), dot(y, v.tangent.xyz), dot(z, v.tangent.xyz)), v.tangent.xyz);
+    vec3 t = v.tangent.xyz;
+    v.tangent.xyz = unit(vec3(dot(x, t), dot(y, t), dot(z, t)), t);
 }
 
 void main()

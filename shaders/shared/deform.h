@@ -3,8 +3,8 @@
 
 #include "shaders/shared/layout.h"
 
-/* Work of the deform pass: one item for each deforming primitive of each instance, and one pair of words for each
- * work group that says which vertices of which item it takes. */
+/* Work of the deform pass: one item for each deforming primitive of each instance, and one pair of words for
+ * each work group that says which vertices of which item it takes. */
 #define KD_DEFORM_GROUP 64u        /* vertices a work group takes */
 #define KD_DEFORM_ROW 32768u       /* work groups along x; more go to further rows */
 #define KD_DEFORM_NONE 0xffffffffu /* no skin, no morph targets */
@@ -19,7 +19,7 @@ struct kd_deform_item {
 };
 KD_LAYOUT_CHECK(kd_deform_item, 48)
 
-/* Words: two a work group (item, first vertex of it), then two a weight that is not zero (target, float bits). */
+/* Words: two a work group (item, its first vertex), then two a weight that is not zero (target, float bits). */
 struct kd_deform_params {
     uvec4 count; /* x: work groups */
     /* ---- 16 */

@@ -289,6 +289,7 @@ kd_status kd_animation_import(kd_schedule *s)
                .where = KD_ON_CPU,
                .components = {KD_CHANGES(kd_animation), KD_CHANGES(kd_transform),
                               KD_CHANGES(kd_morph_weights), KD_USES(kd_scene_store), KD_USES(kd_frame)},
+               .no_commands = true,
                .run = animation_run,
                .init = animation_init,
                .fini = animation_fini,

@@ -123,6 +123,7 @@ kd_status deform_register_deform(kd_schedule *s)
                                .resources = {{"scene.joints", KD_USE_COPY_WRITE | KD_USE_STORAGE_READ},
                                              {"scene.vertices", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
                                              {"scene.static", KD_USE_STORAGE_READ}},
+                               .no_commands = true,
                                .run = deform_run,
                                .run_if = deform_needed,
                                .init = deform_init,

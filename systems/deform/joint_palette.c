@@ -125,6 +125,7 @@ kd_status deform_register_joint_palette(kd_schedule *s)
                                   .components = {KD_CHANGES(kd_joint_palette), KD_CHANGES(kd_skin_instance),
                                                  KD_USES(kd_world_transform), KD_USES(kd_scene_store),
                                                  KD_USES(kd_mesh_instance), KD_USES(kd_morph_weights)},
+                                  .no_commands = true,
                                   .run = joint_palette_run,
                                   .init = joint_palette_init,
                                   .fini = joint_palette_fini,

@@ -121,6 +121,7 @@ kd_status scene_register_camera(kd_schedule *s)
                                               .where = KD_ON_CPU,
                                               .components = {KD_CHANGES(kd_view), KD_USES(kd_camera),
                                                              KD_USES(kd_world_transform), KD_USES(kd_frame)},
+                                              .no_commands = true,
                                               .run = camera_run,
                                               .init = camera_init,
                                               .fini = camera_fini,

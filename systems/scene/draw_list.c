@@ -316,6 +316,7 @@ kd_status scene_register_draw_list(kd_schedule *s)
                .components = {KD_CHANGES(kd_draw_list), KD_USES(kd_scene_store), KD_USES(kd_joint_palette),
                               KD_USES(kd_mesh_instance), KD_USES(kd_world_transform),
                               KD_USES(kd_skin_instance), KD_USES(kd_morph_weights)},
+               .no_commands = true,
                .run = draw_list_run,
                .init = draw_list_init,
                .fini = draw_list_fini,

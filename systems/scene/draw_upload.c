@@ -98,6 +98,7 @@ kd_status scene_register_draw_upload(kd_schedule *s)
                                   .where = KD_ON_GPU,
                                   .components = {KD_CHANGES(kd_draw_list)},
                                   .resources = {{"scene.objects", KD_USE_COPY_WRITE}},
+                                  .no_commands = true,
                                   .run = draw_upload_run,
                                   .run_if = upload_needed,
                                   .init = draw_upload_init,

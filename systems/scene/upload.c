@@ -202,6 +202,7 @@ kd_status scene_register_upload(kd_schedule *s)
                                   .resources = {{"scene.vertices", KD_USE_COPY_READ | KD_USE_COPY_WRITE},
                                                 {"scene.indices", KD_USE_COPY_WRITE},
                                                 {"scene.static", KD_USE_COPY_WRITE}},
+                                  .no_commands = true,
                                   .run = upload_run,
                                   .run_if = upload_needed,
                                   .init = upload_init,

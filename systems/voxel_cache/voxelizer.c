@@ -1,0 +1,198 @@
+/* Voxelization in compute: mark the cells that triangles touch, rank them, add up the attributes of all fragments of a
+ * voxel in fixed point, pack. Every step gives the same bytes whatever the order of threads. */
+#include "systems/voxel_cache/voxelizer.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "components/material_params.h"
+#include "runtime/core/log.h"
+#include "systems/voxel_cache/columns.h"
+
+struct pass_params {
+    kd_gl_vec4 chunk_origin;
+    kd_gl_uvec4 chunk_size, source, dest;
+};
+
+enum { SUM_WORDS = 8 };
+
+kd_status voxelizer_init(kd_gpu *gpu, voxelizer *v)
+{
+    v->mark = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/mark.comp"});
+    v->accumulate = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/accumulate.comp"});
+    v->pack = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/pack.comp"});
+    v->bind = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/bind.comp"});
+    v->counter = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "voxelizer.counter"});
+    kd_status status = kd_gpu_rank_init(gpu, &v->rank);
+    return v->mark.id && v->accumulate.id && v->pack.id && v->bind.id && v->counter.id ? status : KD_GPU;
+}
+
+void voxelizer_fini(kd_gpu *gpu, voxelizer *v)
+{
+    kd_gpu_program programs[] = {v->mark, v->accumulate, v->pack, v->bind};
+    for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
+        kd_gpu_destroy_program(gpu, programs[i]);
+    kd_gpu_buffer buffers[] = {v->mask, v->ranks, v->sums, v->nearest, v->columns, v->counter};
+    for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
+        kd_gpu_destroy_buffer(gpu, buffers[i]);
+    kd_gpu_rank_fini(gpu, &v->rank);
+    memset(v, 0, sizeof *v);
+}
+
+static struct pass_params params_of(const kd_scene_store *store, const kd_store_primitive *p, uint32_t kind,
+                                    const kd_voxel_scene *scene, const kd_voxel_chunk *chunk)
+{
+    const kd_store_material *m = &store->materials[p->material];
+    struct pass_params pass = {
+        .chunk_origin = {chunk->origin.x, chunk->origin.y, chunk->origin.z, chunk->span},
+        .chunk_size = {chunk->size[0], chunk->size[1], chunk->size[2], 0},
+        .source = {p->first_index, p->base_vertex, p->index_count / 3, p->first_skin_vertex},
+        .dest = {scene->cached_voxels, scene->cached_bindings, kind, m->desc.double_sided ? 1u : 0u},
+    };
+    return pass;
+}
+
+/* Grow the cache by doubling: buffers are copied when they grow, so few growths matter more than a tight fit. */
+static kd_status grow(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t used, size_t more, const char *name)
+{
+    size_t have = buffer->id ? kd_gpu_buffer_size(gpu, *buffer) : 0, want = used + more;
+    if (want <= have)
+        return KD_OK;
+    size_t size = have + have / 2 > want ? have + have / 2 : want + want / 4;
+    return kd_gpu_ensure_buffer(gpu, buffer, size, used, name);
+}
+
+static kd_status grow_cache(kd_gpu *gpu, kd_voxel_scene *scene, uint32_t voxels, uint32_t bindings)
+{
+    kd_status status = grow(gpu, &scene->cache_shape, (size_t)scene->cached_voxels * 8, (size_t)voxels * 8, "voxels.shape");
+    if (!status)
+        status = grow(gpu, &scene->cache_color, (size_t)scene->cached_voxels * 4, (size_t)voxels * 4, "voxels.color");
+    size_t word = KD_BINDING_WORDS * 4;
+    if (!status)
+        status = grow(gpu, &scene->cache_binding, scene->cached_bindings * word, (bindings ? bindings : 1) * word,
+                      "voxels.binding");
+    return status;
+}
+
+/* Bind what both triangle passes read, and mark the cells. Returns the number of voxels. */
+static uint32_t mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const struct pass_params *pass,
+                           uint32_t words)
+{
+    uint32_t count = 0;
+    kd_gpu_fill_buffer(gpu, v->mask, 0, (size_t)words * 4, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof *pass);
+    kd_gpu_bind_storage(gpu, 0, store->geometry);
+    kd_gpu_bind_storage(gpu, 1, store->attributes);
+    kd_gpu_bind_storage(gpu, 2, store->indices);
+    kd_gpu_bind_storage(gpu, 3, v->columns);
+    kd_gpu_bind_storage(gpu, 4, v->mask);
+    kd_gpu_dispatch(gpu, v->mark, (pass->chunk_size.w + 63) / 64, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_rank_run(gpu, &v->rank, v->mask, 0, words, v->ranks, 0, v->counter, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_read_buffer(gpu, v->counter, 0, &count, sizeof count);
+    return count;
+}
+
+static void accumulate(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const struct pass_params *pass)
+{
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof *pass);
+    kd_gpu_bind_storage(gpu, 0, store->geometry);
+    kd_gpu_bind_storage(gpu, 1, store->attributes);
+    kd_gpu_bind_storage(gpu, 2, store->indices);
+    kd_gpu_bind_storage(gpu, 3, v->columns);
+    kd_gpu_bind_storage(gpu, 4, v->mask);
+    kd_gpu_bind_storage(gpu, 5, v->ranks);
+    kd_gpu_bind_storage(gpu, 6, v->sums);
+    kd_gpu_bind_storage(gpu, 7, v->nearest);
+    kd_gpu_dispatch(gpu, v->accumulate, (pass->chunk_size.w + 63) / 64, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+static void pack(kd_gpu *gpu, voxelizer *v, const kd_voxel_scene *scene, struct pass_params pass, uint32_t words)
+{
+    pass.chunk_size.w = words;
+    kd_gpu_bind_uniform(gpu, 0, &pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, v->mask);
+    kd_gpu_bind_storage(gpu, 1, v->ranks);
+    kd_gpu_bind_storage(gpu, 2, v->sums);
+    kd_gpu_bind_storage(gpu, 3, scene->cache_shape);
+    kd_gpu_bind_storage(gpu, 4, scene->cache_color);
+    kd_gpu_dispatch(gpu, v->pack, (words + 63) / 64, 1, 1);
+}
+
+static void bind(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const kd_voxel_scene *scene,
+                 struct pass_params pass, uint32_t words)
+{
+    pass.chunk_size.w = words;
+    kd_gpu_bind_uniform(gpu, 0, &pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, store->geometry);
+    kd_gpu_bind_storage(gpu, 2, store->indices);
+    kd_gpu_bind_storage(gpu, 3, v->mask);
+    kd_gpu_bind_storage(gpu, 4, v->ranks);
+    kd_gpu_bind_storage(gpu, 5, v->nearest);
+    kd_gpu_bind_storage(gpu, 6, store->skins_buffer.id ? store->skins_buffer : v->nearest);
+    kd_gpu_bind_storage(gpu, 7, scene->cache_binding);
+    kd_gpu_dispatch(gpu, v->bind, (words + 63) / 64, 1, 1);
+}
+
+static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, uint32_t kind,
+                            kd_voxel_scene *scene, kd_voxel_chunk *chunk, const struct pass_params *pass, uint32_t words)
+{
+    uint32_t count = mark_cells(gpu, v, store, pass, words);
+    uint32_t bindings = kind == KD_VOXEL_RIGID ? 0 : count;
+    chunk->first = scene->cached_voxels;
+    chunk->count = count;
+    chunk->first_binding = bindings ? scene->cached_bindings : KD_EMPTY;
+    if (count == 0)
+        return KD_OK;
+    kd_status status = grow_cache(gpu, scene, count, bindings);
+    if (!status)
+        status = kd_gpu_ensure_buffer(gpu, &v->sums, (size_t)count * SUM_WORDS * 4, 0, "voxelizer.sums");
+    if (!status)
+        status = kd_gpu_ensure_buffer(gpu, &v->nearest, (size_t)count * 4, 0, "voxelizer.nearest");
+    if (status)
+        return status;
+    kd_gpu_fill_buffer(gpu, v->sums, 0, (size_t)count * SUM_WORDS * 4, 0);
+    kd_gpu_fill_buffer(gpu, v->nearest, 0, (size_t)count * 4, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    accumulate(gpu, v, store, pass);
+    pack(gpu, v, scene, *pass, words);
+    if (bindings)
+        bind(gpu, v, store, scene, *pass, words);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+    scene->cached_voxels += count;
+    scene->cached_bindings += bindings;
+    return KD_OK;
+}
+
+kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const kd_voxel_cache *cache,
+                        kd_voxel_scene *scene, kd_voxel_chunk *chunk)
+{
+    const kd_store_primitive *p = &store->primitives[cache->primitive];
+    uint32_t kind = cache->kind;
+    kd_columns columns = {0};
+    kd_status status = columns_list(cache->desc, chunk, &columns);
+    if (status)
+        return status;
+    uint64_t cells = (uint64_t)chunk->size[0] * chunk->size[1] * chunk->size[2];
+    uint32_t words = (uint32_t)((cells + 31) / 32);
+    struct pass_params pass = params_of(store, p, kind, scene, chunk);
+    pass.chunk_size.w = columns.columns;
+    size_t row_bytes = ((size_t)columns.triangles + 1) * 16;
+    status = kd_gpu_ensure_buffer(gpu, &v->columns, row_bytes, 0, "voxelizer.columns");
+    if (!status)
+        status = kd_gpu_ensure_buffer(gpu, &v->mask, (size_t)words * 4, 0, "voxelizer.mask");
+    if (!status)
+        status = kd_gpu_ensure_buffer(gpu, &v->ranks, (size_t)words * 4, 0, "voxelizer.ranks");
+    if (!status && columns.columns) {
+        kd_gpu_write_buffer(gpu, v->columns, 0, columns.rows, row_bytes);
+        kd_material_bind(gpu, &store->materials[p->material]);
+        status = fill_chunk(gpu, v, store, kind, scene, chunk, &pass, words);
+    } else {
+        chunk->count = 0;
+    }
+    free(columns.rows);
+    return status;
+}

@@ -1,0 +1,23 @@
+#ifndef KD_SYSTEMS_VOXEL_CACHE_VOXELIZER_H
+#define KD_SYSTEMS_VOXEL_CACHE_VOXELIZER_H
+
+#include "components/scene_store.h"
+#include "components/voxel_scene.h"
+#include "runtime/gpu/rank.h"
+
+/* Programs and scratch of the voxelizer. */
+typedef struct voxelizer {
+    kd_gpu_program mark, accumulate, pack, bind;
+    kd_gpu_rank rank;
+    kd_gpu_buffer mask, ranks, sums, nearest, columns, counter;
+} voxelizer;
+
+kd_status voxelizer_init(kd_gpu *gpu, voxelizer *v);
+void voxelizer_fini(kd_gpu *gpu, voxelizer *v);
+
+/** Voxelize one chunk of a cache entry and append its voxels to the cache buffers; fills count, first and first_binding.
+ *  Waits for the count: for loading, not for steady frames. Errors KD_GPU, KD_NO_MEMORY, KD_TOO_LARGE */
+kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const kd_voxel_cache *cache,
+                        kd_voxel_scene *scene, kd_voxel_chunk *chunk);
+
+#endif

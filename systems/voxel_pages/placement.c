@@ -1,0 +1,54 @@
+#include "systems/voxel_pages/placement.h"
+
+#include <math.h>
+
+/* Where the finest cascade's centre goes on one axis: towards the focus, but without looking past the scene's ends. */
+static float centre_on_axis(float focus, float low, float high, float half)
+{
+    if (!(high > low) || high - low <= 2 * half)
+        return high >= low ? 0.5f * (low + high) : focus;
+    return fminf(fmaxf(focus, low + half), high - half);
+}
+
+void placement_update(kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 bounds_min, kd_vec3 bounds_max)
+{
+    uint32_t n = scene->cascade_count, outer = n - 1;
+    float half = 0.5f * (float)scene->resolution * scene->span[0];
+    float snap = scene->span[outer] * (float)(scene->resolution / KD_DENSE);
+    const float *f = &focus.x, *low = &bounds_min.x, *high = &bounds_max.x;
+    bool moved = false;
+    for (int k = 0; k < 3; k++) {
+        float centre = centre_on_axis(f[k], low[k], high[k], half);
+        float snapped = floorf(centre / snap + 0.5f) * snap;
+        for (uint32_t c = 0; c < n; c++) {
+            float *origin = &scene->origin_ws[c].x + k;
+            /* in whole cells, so that the lattice stays the same wherever the camera goes */
+            float cells = floorf(snapped / scene->span[c] + 0.5f) - (float)(scene->resolution / 2);
+            float value = cells * scene->span[c];
+            moved |= value != *origin;
+            *origin = value;
+        }
+    }
+    scene->moved = moved;
+}
+
+static bool inside(kd_vec3 low, kd_vec3 high, kd_vec3 box_low, float edge, float margin)
+{
+    return low.x >= box_low.x + margin && low.y >= box_low.y + margin && low.z >= box_low.z + margin &&
+           high.x <= box_low.x + edge - margin && high.y <= box_low.y + edge - margin && high.z <= box_low.z + edge - margin;
+}
+
+static bool outside(kd_vec3 low, kd_vec3 high, kd_vec3 box_low, float edge)
+{
+    return high.x < box_low.x || high.y < box_low.y || high.z < box_low.z || low.x > box_low.x + edge ||
+           low.y > box_low.y + edge || low.z > box_low.z + edge;
+}
+
+bool placement_includes(const kd_voxel_scene *scene, uint32_t c, kd_vec3 low, kd_vec3 high)
+{
+    float resolution = (float)scene->resolution, margin = 2 * scene->span[c];
+    kd_vec3 grown = {margin, margin, margin};
+    if (outside(kd_vec3_sub(low, grown), kd_vec3_add(high, grown), scene->origin_ws[c], resolution * scene->span[c]))
+        return false;
+    return c == 0 || !inside(low, high, scene->origin_ws[c - 1], resolution * scene->span[c - 1], margin);
+}
