@@ -40,6 +40,8 @@ static kd_status locate(gltf_loader *l, int accessor, const char *where, int vie
     if (view < 0 || (size_t)view >= l->doc.view_count)
         return accessor_fail(l, where, accessor, "the buffer view does not exist");
     const gltf_view *v = &l->doc.views[view];
+    if (!l->doc.buffers[v->buffer].bytes)
+        return accessor_fail(l, where, accessor, "its buffer has neither a URI nor a binary chunk");
     uint64_t stride = v->stride ? v->stride : size;
     if (stride < size)
         return accessor_fail(l, where, accessor, "the stride is smaller than an element");

@@ -42,44 +42,52 @@ static size_t base64_decode(const char *text, size_t length, uint8_t *out)
     return written;
 }
 
-static kd_status load_data_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes, size_t *size)
-{
-    const char *comma = strchr(uri, ',');
-    if (!comma || comma - uri < 7 || memcmp(comma - 7, ";base64", 7) != 0)
-        return gltf_fail(l, KD_UNSUPPORTED, "a data URI is not base64 (%s); encode it as base64", where);
-    size_t length = strlen(comma + 1);
-    uint8_t *out;
-    kd_status status = gltf_alloc(l, &l->scratch, length / 4 * 3 + 3, 1, &out);
-    if (status)
-        return status;
-    *bytes = out;
-    *size = base64_decode(comma + 1, length, out);
-    if (*size == SIZE_MAX)
-        return gltf_fail(l, KD_BAD_FORMAT, "a data URI holds a character that is not base64 (%s); export it again", where);
-    return KD_OK;
-}
-
 static int hex_value(char c)
 {
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-/* Undo %20 and the like (RFC 3986, section 2.1). Returns false for a name that is too long or holds a zero byte. */
-static bool decode_uri(const char *uri, char *out, size_t size)
+/* Undo %20 and the like (RFC 3986, section 2.1). Returns the bytes written, no more than the text has. */
+static size_t percent_decode(const char *text, uint8_t *out)
 {
     size_t n = 0;
-    for (; *uri; uri++) {
-        char c = *uri;
-        if (c == '%' && hex_value(uri[1]) >= 0 && hex_value(uri[2]) >= 0) {
-            c = (char)(hex_value(uri[1]) << 4 | hex_value(uri[2]));
-            uri += 2;
+    for (; *text; text++) {
+        char c = *text;
+        if (c == '%' && hex_value(text[1]) >= 0 && hex_value(text[2]) >= 0) {
+            c = (char)(hex_value(text[1]) << 4 | hex_value(text[2]));
+            text += 2;
         }
-        if (!c || n + 1 >= size)
-            return false;
-        out[n++] = c;
+        out[n++] = (uint8_t)c;
     }
-    out[n] = 0;
-    return n > 0;
+    return n;
+}
+
+static kd_status load_data_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes, size_t *size)
+{
+    const char *comma = strchr(uri, ',');
+    if (!comma)
+        return gltf_fail(l, KD_BAD_FORMAT, "a data URI holds no data (%s); export it again", where);
+    bool base64 = comma - uri >= 7 && memcmp(comma - 7, ";base64", 7) == 0;
+    size_t length = strlen(comma + 1);
+    uint8_t *out;
+    kd_status status = gltf_alloc(l, &l->scratch, length + 1, 1, &out);
+    if (status)
+        return status;
+    *bytes = out;
+    *size = base64 ? base64_decode(comma + 1, length, out) : percent_decode(comma + 1, out);
+    if (*size == SIZE_MAX)
+        return gltf_fail(l, KD_BAD_FORMAT, "a data URI holds a character that is not base64 (%s); export it again", where);
+    return KD_OK;
+}
+
+/* Returns false for a name that is too long, empty or holds a zero byte. */
+static bool decode_name(const char *uri, char *out, size_t size)
+{
+    if (strlen(uri) >= size)
+        return false;
+    size_t length = percent_decode(uri, (uint8_t *)out);
+    out[length] = 0;
+    return length && strlen(out) == length;
 }
 
 /* A name with a scheme ("http:") or an absolute path is no file beside the model. */
@@ -95,7 +103,7 @@ static kd_status load_file(gltf_loader *l, const char *uri, const char *where, c
     if (!is_relative(uri))
         return gltf_fail(l, KD_UNSUPPORTED, "'%.*s' is not a file beside the model (%s); use a relative path", URI_SHOWN, uri,
                          where);
-    if (!decode_uri(uri, name, sizeof name) || kd_path_folder(folder, sizeof folder, l->path) ||
+    if (!decode_name(uri, name, sizeof name) || kd_path_folder(folder, sizeof folder, l->path) ||
         kd_path_join(path, sizeof path, folder, name))
         return gltf_fail(l, KD_BAD_FORMAT, "'%.*s' is no usable file name (%s)", URI_SHOWN, uri, where);
     if (!kd_file_exists(path))
@@ -132,7 +140,7 @@ static kd_status load_buffer(gltf_loader *l, size_t index)
     if (buffer->uri)
         status = gltf_load_uri(l, buffer->uri, where, &buffer->bytes, &size);
     else if (index || !l->chunks.binary)
-        return gltf_fail(l, KD_BAD_FORMAT, "a buffer has neither a URI nor a binary chunk (%s); export the model again", where);
+        return KD_OK; /* a placeholder: refused when something reads it */
     if (!status && size < buffer->byte_length)
         status = gltf_fail(l, KD_BAD_FORMAT, "%llu bytes are announced, %zu are there (%s); the file is cut off or not the model's",
                            (unsigned long long)buffer->byte_length, size, where);

@@ -134,29 +134,35 @@ static bool find_target(gltf_loader *l, const gltf_channel *c, const char *where
     return out->width > 0;
 }
 
-static bool is_repeated(const kd_clip_desc *clip, const kd_channel_desc *channel)
+/* Which paths of each node the current clip animates already, to find repetitions without a search. */
+typedef struct claim { uint32_t clip, paths; } claim;
+
+static bool is_repeated(claim *claims, size_t clip, const kd_channel_desc *channel)
 {
-    for (uint32_t i = 0; i < clip->channel_count; i++)
-        if (clip->channels[i].node == channel->node && clip->channels[i].path == channel->path)
-            return true;
-    return false;
+    claim *c = &claims[channel->node];
+    if (c->clip != (uint32_t)clip + 1)
+        *c = (claim){(uint32_t)clip + 1, 0};
+    bool repeated = c->paths >> channel->path & 1;
+    c->paths |= 1u << channel->path;
+    return repeated;
 }
 
-static kd_status load_channel(gltf_loader *l, const gltf_clip *from, size_t clip_index, size_t index, kd_clip_desc *clip)
+static kd_status load_channel(gltf_loader *l, claim *claims, size_t clip_index, size_t index, kd_clip_desc *clip)
 {
+    const gltf_clip *from = &l->doc.clips[clip_index];
     const gltf_channel *c = &from->channels[index];
     char where[80];
     snprintf(where, sizeof where, "animations[%zu].channels[%zu]", clip_index, index);
     if (c->sampler < 0 || (size_t)c->sampler >= from->curve_count)
         return gltf_fail(l, KD_BAD_FORMAT, "there is no sampler %d (%s); export the model again", c->sampler, where);
-    if (c->node < 0)
-        return c->node == -1 ? KD_OK : gltf_fail(l, KD_BAD_FORMAT, "there is no node %d (%s.target); export the model again", c->node, where);
-    if ((size_t)c->node >= l->doc.node_count)
+    if (c->node == -1) /* the format says: ignore it */
+        return KD_OK;
+    if (c->node < 0 || (size_t)c->node >= l->doc.node_count)
         return gltf_fail(l, KD_BAD_FORMAT, "there is no node %d (%s.target); export the model again", c->node, where);
     kd_channel_desc out = {0};
     if (!find_target(l, c, where, &out))
         return KD_OK;
-    if (is_repeated(clip, &out)) {
+    if (is_repeated(claims, clip_index, &out)) {
         gltf_warn(l, "%s: the same path of the same node is animated before; left out", where);
         return KD_OK;
     }
@@ -175,7 +181,7 @@ static kd_status load_channel(gltf_loader *l, const gltf_clip *from, size_t clip
     return KD_OK;
 }
 
-static kd_status load_clip(gltf_loader *l, size_t index, kd_clip_desc *out)
+static kd_status load_clip(gltf_loader *l, claim *claims, size_t index, kd_clip_desc *out)
 {
     const gltf_clip *from = &l->doc.clips[index];
     kd_channel_desc *channels;
@@ -183,16 +189,19 @@ static kd_status load_clip(gltf_loader *l, size_t index, kd_clip_desc *out)
     kd_status status = gltf_alloc(l, &l->kept, from->channel_count, sizeof *channels, &channels);
     out->channels = channels;
     for (size_t i = 0; !status && i < from->channel_count; i++)
-        status = load_channel(l, from, index, i, out);
+        status = load_channel(l, claims, index, i, out);
     return status;
 }
 
 kd_status gltf_load_clips(gltf_loader *l)
 {
     kd_clip_desc *clips;
+    claim *claims = NULL;
     kd_status status = gltf_alloc(l, &l->kept, l->doc.clip_count, sizeof *clips, &clips);
+    if (!status)
+        status = gltf_alloc(l, &l->scratch, l->model->node_count, sizeof *claims, &claims);
     for (size_t i = 0; !status && i < l->doc.clip_count; i++)
-        status = load_clip(l, i, &clips[i]);
+        status = load_clip(l, claims, i, &clips[i]);
     l->model->clips = clips;
     l->model->clip_count = (uint32_t)l->doc.clip_count;
     return status;

@@ -33,18 +33,31 @@ void gltf_warn(gltf_loader *l, const char *format, ...)
         l->warnings[l->model->warning_count++] = copy;
 }
 
+#define LEAST_BYTES 64 /* what an arena spends on the smallest piece */
+
 kd_status gltf_alloc(gltf_loader *l, kd_arena *arena, size_t count, size_t size, void *out)
 {
     void *memory = NULL;
     memcpy(out, &memory, sizeof memory); /* `out` is the address of a pointer of any type */
-    if (size && count > GLTF_BYTES_MAX / size)
-        return gltf_fail(l, KD_TOO_LARGE, "the model needs more than 2 GiB; split it");
-    l->bytes += (uint64_t)count * size;
-    if (l->bytes > GLTF_BYTES_MAX)
+    uint64_t *spent = arena == &l->work ? &l->work_bytes : &l->bytes;
+    bool fits = !size || count <= GLTF_BYTES_MAX / size;
+    if (fits)
+        *spent += (uint64_t)count * size + LEAST_BYTES;
+    if (!fits || l->bytes + l->work_bytes > GLTF_BYTES_MAX)
         return gltf_fail(l, KD_TOO_LARGE, "the model needs more than 2 GiB; split it");
     memory = kd_arena_alloc(arena, count * size + 1);
     memcpy(out, &memory, sizeof memory);
     return memory ? KD_OK : gltf_fail(l, KD_NO_MEMORY, "out of memory for %zu bytes", count * size);
+}
+
+void gltf_reset_work(gltf_loader *l)
+{
+    /* Large blocks go back, or primitives of rising size would leave a trail of blocks too small for the next. */
+    if (l->work_bytes > ((uint64_t)16 << 20))
+        kd_arena_fini(&l->work);
+    else
+        kd_arena_reset(&l->work);
+    l->work_bytes = 0;
 }
 
 const char *gltf_name(gltf_loader *l, const char *name, const char *kind, size_t index)

@@ -35,8 +35,9 @@ typedef struct gltf_mesh_facts {
 
 typedef struct gltf_loader {
     const char *path;
-    kd_arena kept, scratch; /* the model's memory; what ends with the load */
-    uint64_t bytes;         /* given out, against GLTF_BYTES_MAX */
+    kd_arena kept, scratch;     /* the model's memory; what ends with the load */
+    kd_arena work;              /* what ends with a primitive */
+    uint64_t bytes, work_bytes; /* given out, together against GLTF_BYTES_MAX */
     gltf_document doc;
     gltf_chunks chunks;
     kd_model *model;
@@ -56,6 +57,8 @@ kd_status gltf_fail(gltf_loader *l, kd_status status, const char *format, ...) _
 void gltf_warn(gltf_loader *l, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /** Give out zeroed memory; *out is NULL after an error. Errors KD_TOO_LARGE, KD_NO_MEMORY with a message. */
 kd_status gltf_alloc(gltf_loader *l, kd_arena *arena, size_t count, size_t size, void *out);
+/** Take back the work arena. */
+void gltf_reset_work(gltf_loader *l);
 /** Name a thing of the model: its own name, or "kind N". NULL when memory is out. */
 const char *gltf_name(gltf_loader *l, const char *name, const char *kind, size_t index);
 /** Narrow and check numbers; false if one is not finite as a float. */

@@ -16,8 +16,10 @@ static kd_status image_bytes(gltf_loader *l, size_t index, const char *where, co
     if (image->uri)
         return gltf_load_uri(l, image->uri, where, bytes, size);
     if (image->view < 0 || (size_t)image->view >= l->doc.view_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no buffer view %d (%s); export the model again", image->view, where);
+        return gltf_fail(l, KD_BAD_FORMAT, "its buffer view is not there (%s); export the model again", where);
     const gltf_view *view = &l->doc.views[image->view];
+    if (!l->doc.buffers[view->buffer].bytes)
+        return gltf_fail(l, KD_BAD_FORMAT, "its buffer has neither a URI nor a binary chunk (%s); export the model again", where);
     *bytes = l->doc.buffers[view->buffer].bytes + view->offset;
     *size = (size_t)view->length;
     return KD_OK;

@@ -25,7 +25,7 @@ static kd_status read_indices(gltf_loader *l, const gltf_primitive *p, const cha
         return gltf_fail(l, KD_BAD_FORMAT, "indices are not unsigned integers (%s, accessor %d); export the model again", where,
                          p->indices);
     uint32_t *indices;
-    status = gltf_alloc(l, &l->scratch, span.count, sizeof *indices, &indices);
+    status = gltf_alloc(l, &l->work, span.count, sizeof *indices, &indices);
     if (status)
         return status;
     for (uint32_t i = 0; i < span.count; i++) {
@@ -51,7 +51,11 @@ static kd_status make_triangles(gltf_loader *l, const gltf_primitive *p, const c
     mesh_topology topology = p->mode == GLTF_STRIP ? MESH_STRIP : p->mode == GLTF_FAN ? MESH_FAN : MESH_LIST;
     if (topology == MESH_LIST && count % 3)
         gltf_warn(l, "%s: %zu indices are no multiple of three; the last are left out", where, count);
-    status = gltf_alloc(l, &l->scratch, mesh_unroll_bound(topology, count), sizeof *unrolled, &unrolled);
+    *out = raw;
+    *out_count = count / 3 * 3;
+    if (topology == MESH_LIST)
+        return KD_OK;
+    status = gltf_alloc(l, &l->work, mesh_unroll_bound(topology, count), sizeof *unrolled, &unrolled);
     if (status)
         return status;
     *out_count = mesh_unroll(topology, raw, count, unrolled);
@@ -65,7 +69,7 @@ static kd_status make_triangles(gltf_loader *l, const gltf_primitive *p, const c
 static kd_status select_used(gltf_loader *l, uint32_t vertex_count, gltf_selection *s)
 {
     uint32_t *number, *select, *indices, used = 0;
-    kd_status status = gltf_alloc(l, &l->scratch, vertex_count, sizeof *number, &number);
+    kd_status status = gltf_alloc(l, &l->work, vertex_count, sizeof *number, &number);
     if (!status)
         status = gltf_alloc(l, &l->kept, s->index_count, sizeof *indices, &indices);
     if (status)
@@ -74,7 +78,7 @@ static kd_status select_used(gltf_loader *l, uint32_t vertex_count, gltf_selecti
         number[s->indices[i]] = 1;
     for (uint32_t v = 0; v < vertex_count; v++)
         used += number[v];
-    status = gltf_alloc(l, &l->scratch, used, sizeof *select, &select);
+    status = gltf_alloc(l, &l->work, used, sizeof *select, &select);
     if (status)
         return status;
     for (uint32_t v = 0, n = 0; v < vertex_count; v++)
@@ -188,6 +192,7 @@ static kd_status load_mesh(gltf_loader *l, size_t index, kd_mesh_desc *out)
         }
         if (!status)
             status = load_primitive(l, index, &m->primitives[i], where, p);
+        gltf_reset_work(l);
         out->primitive_count += p->index_count > 0;
     }
     out->primitives = primitives;

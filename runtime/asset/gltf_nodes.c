@@ -236,7 +236,8 @@ static kd_status link(gltf_loader *l, uint32_t node, const char *what, int index
     if (index == -1)
         return KD_OK;
     if (index < 0 || (size_t)index >= count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no %s %d (nodes[%u].%s); export the model again", what, index, node, what);
+        return gltf_fail(l, KD_BAD_FORMAT, "the %s it names is not there (nodes[%u].%s); export the model again", what, node,
+                         what);
     *out = (uint32_t)index;
     return KD_OK;
 }

@@ -11,13 +11,14 @@
 #define CONTAINERS_MAX (4u << 20)
 /* What is left after blanking describes structure only; 20 MB of it is a scene of 100,000 nodes. */
 #define STRUCTURE_BYTES_MAX ((size_t)64 << 20)
-/* Rows of a top-level array (nodes, accessors, …), materials apart: the parser spends 2.5 KB on each of those. */
-#define ROWS_MAX      (1u << 20)
-#define MATERIALS_MAX 65536u
+/* Rows of a top-level array (nodes, accessors, …). Costly ones have a smaller limit: the parser spends 2.5 KB on a material,
+ * a buffer or an image may each open a file. */
+#define ROWS_MAX        (1u << 20)
+#define COSTLY_ROWS_MAX 65536u
 
 typedef struct open_container {
     bool object, extras;  /* extras: this member is being blanked */
-    bool rows, materials; /* a top-level array */
+    bool rows, costly;    /* a top-level array */
     size_t first;         /* byte at which it opened */
     gltf_range *keep;     /* where its range goes when it closes, or NULL */
 } open_container;
@@ -89,11 +90,11 @@ static kd_status open_one(scanner *s, bool object)
     c.extras = member && key_is(s, "extras");
     if (s->depth == 1 && member) {
         c.rows = !object;
-        c.materials = key_is(s, "materials");
         c.keep = key_is(s, "buffers") ? &s->buffers : key_is(s, "images") ? &s->images : NULL;
+        c.costly = c.keep || key_is(s, "materials");
         s->rows = 0;
     }
-    if (parent && parent->rows && ++s->rows > (parent->materials ? MATERIALS_MAX : ROWS_MAX))
+    if (parent && parent->rows && ++s->rows > (parent->costly ? COSTLY_ROWS_MAX : ROWS_MAX))
         return scan_fail(s, KD_TOO_LARGE, "too many entries in one list");
     s->blanking += c.keep || c.extras;
     s->open[s->depth++] = c;
@@ -196,7 +197,7 @@ kd_status gltf_split(uint8_t *bytes, size_t size, gltf_chunks *out, char *error,
     if (size < GLB_HEADER_BYTES + GLB_CHUNK_BYTES)
         return split_fail(error, error_size, "the GLB header is cut off");
     if (read_u32(bytes + 4) != 2)
-        return split_fail(error, error_size, "the GLB container is not version 2; export as glTF 2.0");
+        return split_fail(error, error_size, "the GLB container is not version 2");
     size_t length = read_u32(bytes + 8);
     if (length > size || length < GLB_HEADER_BYTES + GLB_CHUNK_BYTES)
         return split_fail(error, error_size, "the GLB header's length does not fit the file, which may be cut off");

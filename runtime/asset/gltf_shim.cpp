@@ -3,6 +3,7 @@
 
 #include "runtime/asset/gltf_document.h"
 
+#include <climits>
 #include <cstring>
 #include <exception>
 #include <fstream> /* tinygltf's writers need it */
@@ -30,7 +31,9 @@ struct copier {
 
     template <typename T> T *rows(size_t count)
     {
-        void *memory = kd_arena_alloc(arena, sizeof(T) * (count ? count : 1));
+        if (!count)
+            return nullptr;
+        void *memory = kd_arena_alloc(arena, sizeof(T) * count);
         if (!memory)
             throw std::bad_alloc();
         return static_cast<T *>(memory);
@@ -38,6 +41,8 @@ struct copier {
 
     const char *text(const std::string &from)
     {
+        if (from.empty())
+            return "";
         char *copy = rows<char>(from.size() + 1);
         std::memcpy(copy, from.c_str(), from.size() + 1);
         return copy;
@@ -202,7 +207,7 @@ void copy_node(copier &to, gltf_node &out, const tinygltf::Node &from)
     out.skin = from.skin;
     out.camera = from.camera;
     auto light = from.extensions.find("KHR_lights_punctual");
-    out.light = light == from.extensions.end() ? -1 : index(light->second, "light", -2);
+    out.light = light == from.extensions.end() ? -1 : index(light->second, "light", INT_MAX);
     out.children = to.ints(from.children);
     out.matrix = to.reals(from.matrix);
     out.translation = to.reals(from.translation);
@@ -342,7 +347,7 @@ void copy_images(copier &to, gltf_document &out, const gltf_scan *scan)
         row.uri = string_member(to, item, "uri", where);
         row.mime = string_member(to, item, "mimeType", where);
         auto view = item.find("bufferView");
-        row.view = view == item.end() ? -1 : view->is_number_integer() ? view->get<int>() : -2;
+        row.view = view == item.end() ? -1 : view->is_number_integer() ? view->get<int>() : INT_MAX;
         if (!row.uri == (row.view == -1))
             throw malformed("exactly one of 'uri' and 'bufferView' must be there (" + where + ")");
     }
@@ -374,6 +379,8 @@ void parse(copier &to, gltf_document &out, const char *text, size_t size, const 
     if (!error.empty())
         throw malformed(error);
     copy_model(to, out, model);
+    if (out.version[0] != '2')
+        return; /* older files have other kinds of lists; the version is refused by whoever asks */
     copy_buffers(to, out, scan);
     copy_images(to, out, scan);
 }

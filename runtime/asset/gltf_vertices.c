@@ -115,7 +115,7 @@ static kd_status load_normals(const reader *r, kd_primitive_desc *out)
         mesh_flat_normals(out->positions, out->vertex_count, normals);
         return KD_OK;
     }
-    status = gltf_alloc(r->l, &r->l->scratch, out->vertex_count, sizeof *scratch, &scratch);
+    status = gltf_alloc(r->l, &r->l->work, out->vertex_count, sizeof *scratch, &scratch);
     if (status)
         return status;
     size_t mended = mesh_mend_normals(out->positions, out->indices, out->index_count, normals, out->vertex_count, scratch);
@@ -146,7 +146,7 @@ static kd_status load_tangents(const reader *r, kd_primitive_desc *out)
     if (!status)
         status = gltf_alloc(r->l, &r->l->kept, out->vertex_count, sizeof *tangents, &tangents);
     if (!status)
-        status = gltf_alloc(r->l, &r->l->scratch, (size_t)out->vertex_count * 2, sizeof *scratch, &scratch);
+        status = gltf_alloc(r->l, &r->l->work, (size_t)out->vertex_count * 2, sizeof *scratch, &scratch);
     if (status)
         return status;
     mesh_make_tangents(out->positions, out->normals, tangent_uv(r, out), out->indices, out->index_count, tangents,
@@ -249,8 +249,8 @@ static bool gather(const reader *r, const skin_source *source, uint32_t vertex, 
 static kd_status load_skin(const reader *r, gltf_mesh_facts *facts, kd_primitive_desc *out)
 {
     skin_source source = {0};
-    uint16_t(*joints)[4];
-    kd_vec4 *weights;
+    uint16_t(*joints)[4] = NULL;
+    kd_vec4 *weights = NULL;
     uint32_t bad = 0;
     kd_status status = find_skin(r, &source);
     if (status || !source.sets)
@@ -287,7 +287,7 @@ static kd_status load_skin(const reader *r, gltf_mesh_facts *facts, kd_primitive
 static kd_status flat_morph_normals(const reader *r, const kd_primitive_desc *out, const float *moves, float **normals)
 {
     kd_vec3 *moved, *made;
-    kd_status status = gltf_alloc(r->l, &r->l->scratch, out->vertex_count, sizeof *moved, &moved);
+    kd_status status = gltf_alloc(r->l, &r->l->work, out->vertex_count, sizeof *moved, &moved);
     if (!status)
         status = gltf_alloc(r->l, &r->l->kept, out->vertex_count, sizeof *made, &made);
     if (status)

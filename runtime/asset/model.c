@@ -145,7 +145,8 @@ kd_status kd_model_load(const char *path, kd_model **out)
     kd_status status = kd_file_read(path, (size_t)GLTF_BYTES_MAX, &bytes, &size);
     if (status)
         return status;
-    gltf_loader l = {.path = path, .bytes = size, .kept.block_bytes = BLOCK_BYTES, .scratch.block_bytes = BLOCK_BYTES};
+    gltf_loader l = {.path = path, .bytes = size};
+    l.kept.block_bytes = l.scratch.block_bytes = l.work.block_bytes = BLOCK_BYTES;
     status = load_bytes(&l, bytes, size);
     if (!status) {
         *out = seal(&l.kept, l.model);
@@ -155,6 +156,7 @@ kd_status kd_model_load(const char *path, kd_model **out)
     if (status)
         kd_arena_fini(&l.kept);
     kd_arena_fini(&l.scratch);
+    kd_arena_fini(&l.work);
     free(bytes);
     return status;
 }

@@ -2,7 +2,19 @@
 
 #include <math.h>
 
+/* Skinned vertices and joints that are measured one by one: about half a second. A model that instances more than that is
+ * measured on with boxes. */
+#define SKINNED_WORK_MAX (32u << 20)
+
 typedef struct box { kd_vec3 low, high; } box;
+
+typedef struct measure {
+    const kd_model *model;
+    kd_mat4 *worlds; /* [node_count] */
+    kd_mat4 *joints; /* [largest joint_count] */
+    uint64_t work;   /* against SKINNED_WORK_MAX */
+    box box;
+} measure;
 
 static void box_add(box *b, kd_vec3 p)
 {
@@ -31,26 +43,31 @@ static void add_skinned(box *b, const kd_mat4 *joints, const kd_primitive_desc *
     }
 }
 
-static bool add_node(const kd_model *m, const kd_mat4 *worlds, uint32_t index, kd_arena *scratch, box *b)
+/* The matrices of a skin in the rest pose; past the budget only the first, which stands for all. Returns whether all are. */
+static bool pose(measure *m, const kd_skin_desc *skin, uint64_t vertices)
 {
-    const kd_node_desc *node = &m->nodes[index];
-    const kd_mesh_desc *mesh = &m->meshes[node->mesh];
-    kd_mat4 *joints = NULL;
-    if (node->skin != KD_NONE) {
-        const kd_skin_desc *skin = &m->skins[node->skin];
-        joints = KD_ARENA_NEW(scratch, kd_mat4, skin->joint_count);
-        if (!joints)
-            return false;
-        for (uint32_t i = 0; i < skin->joint_count; i++)
-            joints[i] = kd_mat4_mul(&worlds[skin->joints[i]], &skin->inverse_bind[i]);
-    }
+    m->work += skin->joint_count + vertices;
+    uint32_t count = m->work <= SKINNED_WORK_MAX ? skin->joint_count : 1;
+    for (uint32_t i = 0; i < count; i++)
+        m->joints[i] = kd_mat4_mul(&m->worlds[skin->joints[i]], &skin->inverse_bind[i]);
+    return count == skin->joint_count;
+}
+
+static void add_node(measure *m, uint32_t index)
+{
+    const kd_node_desc *node = &m->model->nodes[index];
+    const kd_mesh_desc *mesh = &m->model->meshes[node->mesh];
+    uint64_t vertices = 0;
+    for (uint32_t i = 0; i < mesh->primitive_count; i++)
+        vertices += mesh->primitives[i].vertex_count;
+    bool skinned = node->skin != KD_NONE, whole = skinned && pose(m, &m->model->skins[node->skin], vertices);
     for (uint32_t i = 0; i < mesh->primitive_count; i++) {
-        if (joints && mesh->primitives[i].joints)
-            add_skinned(b, joints, &mesh->primitives[i]);
+        const kd_primitive_desc *p = &mesh->primitives[i];
+        if (whole && p->joints)
+            add_skinned(&m->box, m->joints, p);
         else
-            add_corners(b, &worlds[index], &mesh->primitives[i]);
+            add_corners(&m->box, skinned && p->joints ? &m->joints[0] : &m->worlds[index], p);
     }
-    return true;
 }
 
 static uint64_t mesh_triangles(const kd_mesh_desc *mesh)
@@ -61,36 +78,40 @@ static uint64_t mesh_triangles(const kd_mesh_desc *mesh)
     return count;
 }
 
-static void make_worlds(const kd_model *m, kd_mat4 *worlds)
+/* Returns false for a transform that is not finite. */
+static bool make_worlds(const kd_model *m, kd_mat4 *worlds)
 {
     for (uint32_t i = 0; i < m->node_count; i++) {
         const kd_node_desc *n = &m->nodes[i];
         kd_mat4 local = n->has_matrix ? n->matrix : kd_mat4_from_trs(n->translation, n->rotation, n->scale);
         worlds[i] = n->parent == KD_NONE ? local : kd_mat4_mul(&worlds[n->parent], &local);
+        for (int k = 0; k < 16; k++)
+            if (!isfinite(worlds[i].m[k]))
+                return false;
     }
+    return true;
 }
 
 bool model_measure(kd_model *model, kd_arena *scratch)
 {
-    kd_mat4 *worlds = KD_ARENA_NEW(scratch, kd_mat4, model->node_count + 1);
-    if (!worlds)
+    uint32_t joints = 1;
+    for (uint32_t i = 0; i < model->skin_count; i++)
+        joints = model->skins[i].joint_count > joints ? model->skins[i].joint_count : joints;
+    measure m = {.model = model, .box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}}};
+    m.worlds = KD_ARENA_NEW(scratch, kd_mat4, model->node_count + 1);
+    m.joints = KD_ARENA_NEW(scratch, kd_mat4, joints);
+    if (!m.worlds || !m.joints || !make_worlds(model, m.worlds))
         return false;
-    make_worlds(model, worlds);
-    for (uint32_t i = 0; i < model->node_count; i++)
-        for (int k = 0; k < 16; k++)
-            if (!isfinite(worlds[i].m[k]))
-                return false;
-    box b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (uint32_t i = 0; i < model->node_count; i++) {
-        if (model->nodes[i].mesh == KD_NONE)
-            continue;
-        model->triangle_count += mesh_triangles(&model->meshes[model->nodes[i].mesh]);
-        if (!add_node(model, worlds, i, scratch, &b))
-            return false;
+        uint64_t triangles = model->nodes[i].mesh == KD_NONE ? 0 : mesh_triangles(&model->meshes[model->nodes[i].mesh]);
+        model->triangle_count += triangles;
+        if (triangles)
+            add_node(&m, i);
     }
     if (!model->triangle_count)
         return true;
-    model->bounds_min = b.low;
-    model->bounds_max = b.high;
-    return isfinite(b.low.x + b.low.y + b.low.z) && isfinite(b.high.x + b.high.y + b.high.z);
+    model->bounds_min = m.box.low;
+    model->bounds_max = m.box.high;
+    kd_vec3 sum = kd_vec3_add(m.box.low, m.box.high);
+    return isfinite(sum.x) && isfinite(sum.y) && isfinite(sum.z);
 }
