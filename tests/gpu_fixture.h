@@ -1,8 +1,8 @@
 #ifndef KD_TESTS_GPU_FIXTURE_H
 #define KD_TESTS_GPU_FIXTURE_H
 
-/* For tests of the GPU layer: a folder of shaders that the test writes itself, a device with debug output on, and what
- * was logged. Includes cmocka with what it needs. */
+/* For tests of the GPU layer: a folder of shaders that the test writes itself, a device with debug output on,
+ * and what was logged. Includes cmocka with what it needs. */
 
 #include <setjmp.h>
 #include <stdarg.h>

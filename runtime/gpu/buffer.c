@@ -1,5 +1,5 @@
-/* Buffers with immutable storage. A static one is written through a staging copy, so that the driver may keep it in
- * memory that the CPU does not reach. */
+/* Buffers with immutable storage. A static one is written through a staging copy, so that the driver may keep
+ * it in memory that the CPU does not reach. */
 
 #include <assert.h>
 #include <string.h>
@@ -42,8 +42,8 @@ kd_gpu_buffer kd_gpu_make_buffer(kd_gpu *gpu, const kd_gpu_buffer_desc *desc) {
     gpu_label(gpu, GL_BUFFER, gl, buffer->name);
     gpu->bytes += desc->size;
     if (desc->zeroed && !desc->data)
-        gpu->gl.ClearNamedBufferSubData(gl, GL_R8UI, 0, (GLsizeiptr)desc->size, GL_RED_INTEGER, GL_UNSIGNED_BYTE,
-                                        NULL);
+        gpu->gl.ClearNamedBufferSubData(gl, GL_R8UI, 0, (GLsizeiptr)desc->size, GL_RED_INTEGER,
+                                        GL_UNSIGNED_BYTE, NULL);
     return (kd_gpu_buffer){id};
 }
 
@@ -86,12 +86,12 @@ void kd_gpu_fill_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, size_t
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "fill_buffer");
     assert(offset % 4 == 0 && size % 4 == 0);
     if (buffer && size && gpu_range_fits(gpu, buffer, offset, size, "fill_buffer"))
-        gpu->gl.ClearNamedBufferSubData(buffer->gl, GL_R32UI, (GLintptr)offset, (GLsizeiptr)size, GL_RED_INTEGER,
-                                        GL_UNSIGNED_INT, &word);
+        gpu->gl.ClearNamedBufferSubData(buffer->gl, GL_R32UI, (GLintptr)offset, (GLsizeiptr)size,
+                                        GL_RED_INTEGER, GL_UNSIGNED_INT, &word);
 }
 
-void kd_gpu_copy_buffer(kd_gpu *gpu, kd_gpu_buffer from, size_t from_offset, kd_gpu_buffer to, size_t to_offset,
-                        size_t size) {
+void kd_gpu_copy_buffer(kd_gpu *gpu, kd_gpu_buffer from, size_t from_offset, kd_gpu_buffer to,
+                        size_t to_offset, size_t size) {
     gpu_buffer *source = gpu_get_buffer(gpu, from, "copy_buffer");
     gpu_buffer *target = source ? gpu_get_buffer(gpu, to, "copy_buffer") : NULL;
     if (target && size && gpu_range_fits(gpu, source, from_offset, size, "copy_buffer") &&
@@ -110,7 +110,8 @@ void kd_gpu_read_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, void *
     gpu->gl.GetNamedBufferSubData(buffer->gl, (GLintptr)offset, (GLsizeiptr)size, out);
 }
 
-kd_status kd_gpu_ensure_buffer(kd_gpu *gpu, kd_gpu_buffer *handle, size_t size, size_t keep, const char *name) {
+kd_status kd_gpu_ensure_buffer(kd_gpu *gpu, kd_gpu_buffer *handle, size_t size, size_t keep,
+                               const char *name) {
     gpu_buffer *old = handle->id ? gpu_get_buffer(gpu, *handle, "ensure_buffer") : NULL;
     size_t old_size = old ? old->size : 0;
     kd_gpu_buffer_desc desc = {.size = size, .name = name};

@@ -1,8 +1,8 @@
 #ifndef KD_GPU_CONTEXT_H
 #define KD_GPU_CONTEXT_H
 
-/* One way to a GL context: the library it came from, what closes it, and how its functions are found. Free of GL types,
- * because OSMesa's header brings a set of its own. */
+/* One way to a GL context: the library it came from, what closes it, and how its functions are found. Free of
+ * GL types, because OSMesa's header brings a set of its own. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -13,9 +13,12 @@
 typedef struct gpu_context {
     kd_context_api api; /* the way that was taken, never AUTO or EGL */
     void (*(*lookup)(const char *name))(void);
-    void (*close)(struct gpu_context *context);
-    void *display; /* EGLDisplay */
-    void *handle;  /* EGLContext, OSMesaContext or GLFWwindow * */
+    /* Make it current on this thread, or (on false) let it go from it. Returns false when the library
+     * refuses. */
+    bool (*make_current)(struct gpu_context *context, bool on);
+    void (*close)(struct gpu_context *context); /* which is current on this thread, or on none */
+    void *display;                              /* EGLDisplay */
+    void *handle;                               /* EGLContext, OSMesaContext or GLFWwindow * */
     bool hardware_only; /* the way promises a GPU: a software renderer is no success */
 } gpu_context;
 
@@ -38,6 +41,7 @@ typedef struct gpu_symbol {
 } gpu_symbol;
 
 /** Fill a table of function pointers. Returns false and names the symbol that is missing. */
-bool gpu_library_load(void *library, const gpu_symbol *symbols, size_t count, void *table, gpu_reason *reason);
+bool gpu_library_load(void *library, const gpu_symbol *symbols, size_t count, void *table,
+                      gpu_reason *reason);
 
 #endif

@@ -1,6 +1,6 @@
-/* EGL without a surface: a hardware device, Mesa's surfaceless platform, or the software device. libEGL is opened by name
- * and stays loaded, as drivers keep threads and exit handlers. Displays are counted, because EGL hands out the same
- * display for the same question and one eglTerminate would end every context on it. */
+/* EGL without a surface: a hardware device, Mesa's surfaceless platform, or the software device. libEGL is
+ * opened by name and stays loaded, as drivers keep threads and exit handlers. Displays are counted, because
+ * EGL hands out the same display for the same question and one eglTerminate would end every context on it. */
 
 #define EGL_NO_PLATFORM_SPECIFIC_TYPES
 #include <EGL/egl.h>
@@ -57,15 +57,24 @@ static bool has_extension(const char *list, const char *name) {
 
 static const char *error_text(EGLint error) {
     switch (error) {
-    case EGL_NOT_INITIALIZED: return "EGL_NOT_INITIALIZED";
-    case EGL_BAD_ALLOC: return "EGL_BAD_ALLOC";
-    case EGL_BAD_ATTRIBUTE: return "EGL_BAD_ATTRIBUTE";
-    case EGL_BAD_CONFIG: return "EGL_BAD_CONFIG";
-    case EGL_BAD_MATCH: return "EGL_BAD_MATCH";
-    case EGL_BAD_PARAMETER: return "EGL_BAD_PARAMETER";
-    case EGL_BAD_ACCESS: return "EGL_BAD_ACCESS";
-    case EGL_SUCCESS: return "no reason given";
-    default: return "an unknown EGL error";
+    case EGL_NOT_INITIALIZED:
+        return "EGL_NOT_INITIALIZED";
+    case EGL_BAD_ALLOC:
+        return "EGL_BAD_ALLOC";
+    case EGL_BAD_ATTRIBUTE:
+        return "EGL_BAD_ATTRIBUTE";
+    case EGL_BAD_CONFIG:
+        return "EGL_BAD_CONFIG";
+    case EGL_BAD_MATCH:
+        return "EGL_BAD_MATCH";
+    case EGL_BAD_PARAMETER:
+        return "EGL_BAD_PARAMETER";
+    case EGL_BAD_ACCESS:
+        return "EGL_BAD_ACCESS";
+    case EGL_SUCCESS:
+        return "no reason given";
+    default:
+        return "an unknown EGL error";
     }
 }
 
@@ -85,7 +94,8 @@ static bool load_library(gpu_reason *reason) {
     egl.get_platform_display =
         (PFNEGLGETPLATFORMDISPLAYEXTPROC)egl.eglGetProcAddress("eglGetPlatformDisplayEXT");
     egl.query_devices = (PFNEGLQUERYDEVICESEXTPROC)egl.eglGetProcAddress("eglQueryDevicesEXT");
-    egl.query_device_string = (PFNEGLQUERYDEVICESTRINGEXTPROC)egl.eglGetProcAddress("eglQueryDeviceStringEXT");
+    egl.query_device_string =
+        (PFNEGLQUERYDEVICESTRINGEXTPROC)egl.eglGetProcAddress("eglQueryDeviceStringEXT");
     if (!egl.get_platform_display) {
         snprintf(reason->text, sizeof reason->text, "libEGL lacks EGL_EXT_platform_base");
         return false;
@@ -119,6 +129,11 @@ static void release_display(EGLDisplay display) {
     for (int i = 0; i < MAX_DISPLAYS; i++)
         if (egl_displays[i].users && egl_displays[i].display == display && --egl_displays[i].users == 0)
             egl.eglTerminate(display);
+}
+
+static bool make_current_egl(gpu_context *context, bool on) {
+    return egl.eglMakeCurrent(context->display, EGL_NO_SURFACE, EGL_NO_SURFACE,
+                              on ? context->handle : EGL_NO_CONTEXT) == EGL_TRUE;
 }
 
 static void close_egl(gpu_context *context) {
@@ -210,13 +225,15 @@ static bool open_surfaceless(bool debug, gpu_context *out, gpu_reason *reason) {
 
 bool gpu_context_open_egl(const kd_gpu_desc *desc, kd_context_api api, gpu_context *out, gpu_reason *reason) {
     pthread_mutex_lock(&egl_lock);
-    bool opened = load_library(reason) && (api == KD_CONTEXT_EGL_SURFACELESS
-                                               ? open_surfaceless(desc->debug, out, reason)
-                                               : open_device(api == KD_CONTEXT_EGL_SOFTWARE, desc->debug, out, reason));
+    bool opened =
+        load_library(reason) && (api == KD_CONTEXT_EGL_SURFACELESS
+                                     ? open_surfaceless(desc->debug, out, reason)
+                                     : open_device(api == KD_CONTEXT_EGL_SOFTWARE, desc->debug, out, reason));
     if (opened) {
         out->api = api;
         out->hardware_only = api == KD_CONTEXT_EGL_DEVICE;
         out->lookup = egl.eglGetProcAddress;
+        out->make_current = make_current_egl;
         out->close = close_egl;
     }
     pthread_mutex_unlock(&egl_lock);

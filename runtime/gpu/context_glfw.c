@@ -1,4 +1,5 @@
-/* GLFW: a window, visible or not, and what a frame loop asks of it. Threading: the main thread, as GLFW demands. */
+/* GLFW: a window, visible or not, and what a frame loop asks of it. Threading: the main thread, as GLFW
+ * demands. */
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -57,6 +58,11 @@ static void release(void) {
         glfw.terminate();
 }
 
+static bool make_current_glfw(gpu_context *context, bool on) {
+    glfw.make_current(on ? context->handle : NULL);
+    return glfw.get_error(NULL) == 0;
+}
+
 static void close_glfw(gpu_context *context) {
     glfw.make_current(NULL);
     glfw.destroy(context->handle);
@@ -83,8 +89,8 @@ static GLFWwindow *create_window(const kd_gpu_desc *desc) {
 bool gpu_context_open_glfw(const kd_gpu_desc *desc, gpu_context *out, gpu_reason *reason) {
     static const char *const names[] = {"libglfw.so.3", "libglfw.so", NULL};
     void *library = gpu_library_open(names, reason);
-    if (!library || !gpu_library_load(library, glfw_symbols, sizeof glfw_symbols / sizeof glfw_symbols[0], &glfw,
-                                      reason))
+    if (!library ||
+        !gpu_library_load(library, glfw_symbols, sizeof glfw_symbols / sizeof glfw_symbols[0], &glfw, reason))
         return false;
     if (!glfw_users && !glfw.init())
         return fail(reason, "GLFW cannot start");
@@ -97,8 +103,11 @@ bool gpu_context_open_glfw(const kd_gpu_desc *desc, gpu_context *out, gpu_reason
     }
     glfw.make_current(window);
     glfw.swap_interval(desc->window ? 1 : 0);
-    *out = (gpu_context){
-        .api = KD_CONTEXT_GLFW, .lookup = lookup_glfw, .close = close_glfw, .handle = window};
+    *out = (gpu_context){.api = KD_CONTEXT_GLFW,
+                         .lookup = lookup_glfw,
+                         .make_current = make_current_glfw,
+                         .close = close_glfw,
+                         .handle = window};
     return true;
 }
 

@@ -1,5 +1,5 @@
-/* OSMesa: Mesa's software renderer without any window system. It wants a colour buffer of its own, which nothing here
- * draws to, so that it is tiny. Mesa dropped the library in 25.1. */
+/* OSMesa: Mesa's software renderer without any window system. It wants a colour buffer of its own, which
+ * nothing here draws to, so that it is tiny. Mesa dropped the library in 25.1. */
 
 #include <GL/osmesa.h>
 #include <stdio.h>
@@ -12,7 +12,8 @@ enum { BUFFER_SIDE = 16 };
 static struct osmesa_table {
     OSMesaContext (*create)(const int *attributes, OSMesaContext share);
     void (*destroy)(OSMesaContext context);
-    GLboolean (*make_current)(OSMesaContext context, void *buffer, GLenum type, GLsizei width, GLsizei height);
+    GLboolean (*make_current)(OSMesaContext context, void *buffer, GLenum type, GLsizei width,
+                              GLsizei height);
     OSMESAproc (*get_proc)(const char *name);
 } osmesa;
 
@@ -23,8 +24,15 @@ static const gpu_symbol osmesa_symbols[] = {
     {"OSMesaGetProcAddress", offsetof(struct osmesa_table, get_proc)},
 };
 
+static bool make_current_osmesa(gpu_context *context, bool on) {
+    if (!on)
+        return osmesa.make_current(NULL, NULL, 0, 0, 0) == GL_TRUE;
+    return osmesa.make_current(context->handle, context->display, GL_UNSIGNED_BYTE, BUFFER_SIDE,
+                               BUFFER_SIDE) == GL_TRUE;
+}
+
 static void close_osmesa(gpu_context *context) {
-    osmesa.make_current(NULL, NULL, 0, 0, 0);
+    make_current_osmesa(context, false);
     osmesa.destroy(context->handle);
     free(context->display);
 }
@@ -65,6 +73,7 @@ bool gpu_context_open_osmesa(const kd_gpu_desc *desc, gpu_context *out, gpu_reas
     }
     *out = (gpu_context){.api = KD_CONTEXT_OSMESA,
                          .lookup = lookup_osmesa,
+                         .make_current = make_current_osmesa,
                          .close = close_osmesa,
                          .display = pixels,
                          .handle = context};

@@ -1,5 +1,6 @@
-/* Opening a device: each way to a context is tried in order until one gives OpenGL 4.5 core; the reasons of those that
- * failed are kept for one message. Then the limits are read and the state is set that no pass ever changes. */
+/* Opening a device: each way to a context is tried in order until one gives OpenGL 4.5 core; the reasons of
+ * those that failed are kept for one message. Then the limits are read and the state is set that no pass ever
+ * changes. */
 
 #include <assert.h>
 #include <stdio.h>
@@ -16,12 +17,16 @@ enum { DEBUG_BUILD = 1 };
 
 static bool open_context(const kd_gpu_desc *desc, kd_context_api api, gpu_context *out, gpu_reason *reason) {
     switch (api) {
-    case KD_CONTEXT_GLFW: return gpu_context_open_glfw(desc, out, reason);
-    case KD_CONTEXT_OSMESA: return gpu_context_open_osmesa(desc, out, reason);
+    case KD_CONTEXT_GLFW:
+        return gpu_context_open_glfw(desc, out, reason);
+    case KD_CONTEXT_OSMESA:
+        return gpu_context_open_osmesa(desc, out, reason);
     case KD_CONTEXT_EGL_DEVICE:
     case KD_CONTEXT_EGL_SURFACELESS:
-    case KD_CONTEXT_EGL_SOFTWARE: return gpu_context_open_egl(desc, api, out, reason);
-    default: return false;
+    case KD_CONTEXT_EGL_SOFTWARE:
+        return gpu_context_open_egl(desc, api, out, reason);
+    default:
+        return false;
     }
 }
 
@@ -57,6 +62,8 @@ static void read_limits(kd_gpu *gpu) {
     info->software = strstr(info->renderer, "llvmpipe") || strstr(info->renderer, "softpipe") ||
                      strstr(info->renderer, "swrast") || strstr(info->renderer, "SWR");
     gpu->gl.GetQueryiv(GL_TIMESTAMP, GL_QUERY_COUNTER_BITS, &info->timestamp_bits);
+    info->storage_alignment = get_int(gpu, GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT);
+    info->uniform_alignment = get_int(gpu, GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT);
     gpu->max_storage_bindings = get_int(gpu, GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS);
     gpu->max_texture_units = get_int(gpu, GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS);
     gpu->max_image_units = get_int(gpu, GL_MAX_IMAGE_UNITS);
@@ -118,8 +125,8 @@ static bool check_context(kd_gpu *gpu, gpu_reason *reason) {
     int version = get_int(gpu, GL_MAJOR_VERSION) * 10 + get_int(gpu, GL_MINOR_VERSION);
     read_limits(gpu);
     if (version < 45)
-        snprintf(reason->text, sizeof reason->text, "%.100s is OpenGL %d.%d, 4.5 is needed", gpu->info.renderer,
-                 version / 10, version % 10);
+        snprintf(reason->text, sizeof reason->text, "%.100s is OpenGL %d.%d, 4.5 is needed",
+                 gpu->info.renderer, version / 10, version % 10);
     else if (gpu->context.hardware_only && gpu->info.software)
         snprintf(reason->text, sizeof reason->text, "the device gave the software renderer %.150s",
                  gpu->info.renderer);
@@ -194,8 +201,9 @@ kd_status kd_gpu_open(const kd_gpu_desc *desc, kd_gpu **out) {
                               kd_context_api_name(ways[i]), reason.text);
         used += length > 0 && (size_t)length < sizeof tried - used ? (size_t)length : 0;
     }
-    return kd_fail(KD_NO_CONTEXT,
-                   "no usable OpenGL 4.5 context (%s); install a driver such as Mesa's, and see `kandil doctor`", tried);
+    return kd_fail(
+        KD_NO_CONTEXT,
+        "no usable OpenGL 4.5 context (%s); install a driver such as Mesa's, and see `kandil doctor`", tried);
 }
 
 static void delete_objects(kd_gpu *gpu) {
@@ -209,12 +217,6 @@ static void delete_objects(kd_gpu *gpu) {
         kd_gpu_destroy_texture(gpu, (kd_gpu_texture){id});
     for (uint32_t id = 0; (id = gpu_pool_next(&gpu->buffers, id)) != 0;)
         kd_gpu_destroy_buffer(gpu, (kd_gpu_buffer){id});
-}
-
-void kd_gpu_close(kd_gpu *gpu) {
-    if (!gpu)
-        return;
-    delete_objects(gpu);
     gpu_uniforms_fini(gpu);
     gpu_timers_fini(gpu);
     gpu->gl.DeleteFramebuffers(1, &gpu->blit_framebuffer);
@@ -222,6 +224,14 @@ void kd_gpu_close(kd_gpu *gpu) {
     gpu->gl.DeleteVertexArrays(1, &gpu->empty_vao);
     if (gpu->debug)
         gpu->gl.DebugMessageCallback(NULL, NULL);
+}
+
+void kd_gpu_close(kd_gpu *gpu) {
+    if (!gpu)
+        return;
+    /* Another device may be current: its objects have the same numbers. */
+    if (gpu->context.make_current(&gpu->context, true))
+        delete_objects(gpu);
     gpu->context.close(&gpu->context);
     gpu_pool_fini(&gpu->readbacks);
     gpu_pool_fini(&gpu->targets);
@@ -229,6 +239,13 @@ void kd_gpu_close(kd_gpu *gpu) {
     gpu_pool_fini(&gpu->textures);
     gpu_pool_fini(&gpu->buffers);
     free(gpu);
+}
+
+bool kd_gpu_make_current(kd_gpu *gpu, bool on) {
+    if (gpu->context.make_current(&gpu->context, on))
+        return true;
+    gpu_complain(gpu, "the %s context cannot be made current; another thread may have it", gpu->info.api);
+    return false;
 }
 
 const kd_gpu_info *kd_gpu_get_info(const kd_gpu *gpu) {

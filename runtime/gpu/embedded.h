@@ -3,7 +3,8 @@
 
 #include <stddef.h>
 
-/** One shader file as the build put it into the program; path is written from the root ("shaders/svo/filter.comp"). */
+/** One shader file as the build put it into the program; path is written from the root
+ * ("shaders/svo/filter.comp"). */
 typedef struct kd_embedded_shader {
     const char *path;
     const char *text; /* NUL-terminated */

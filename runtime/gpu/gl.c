@@ -24,13 +24,21 @@ const char *gl_load(gl_table *table, gl_lookup *lookup) {
 
 const char *gl_error_name(GLenum error) {
     switch (error) {
-    case GL_NO_ERROR: return "no error";
-    case GL_INVALID_ENUM: return "invalid enum";
-    case GL_INVALID_VALUE: return "invalid value";
-    case GL_INVALID_OPERATION: return "invalid operation";
-    case GL_INVALID_FRAMEBUFFER_OPERATION: return "invalid framebuffer operation";
-    case GL_OUT_OF_MEMORY: return "out of memory";
-    case GL_CONTEXT_LOST: return "context lost";
-    default: return "unknown error";
+    case GL_NO_ERROR:
+        return "no error";
+    case GL_INVALID_ENUM:
+        return "invalid enum";
+    case GL_INVALID_VALUE:
+        return "invalid value";
+    case GL_INVALID_OPERATION:
+        return "invalid operation";
+    case GL_INVALID_FRAMEBUFFER_OPERATION:
+        return "invalid framebuffer operation";
+    case GL_OUT_OF_MEMORY:
+        return "out of memory";
+    case GL_CONTEXT_LOST:
+        return "context lost";
+    default:
+        return "unknown error";
     }
 }

@@ -1,8 +1,8 @@
 #ifndef KD_GPU_GL_H
 #define KD_GPU_GL_H
 
-/* The GL functions as a table that belongs to one context, so that contexts of different libraries can live in one
- * process and nothing links against libGL. */
+/* The GL functions as a table that belongs to one context, so that contexts of different libraries can live
+ * in one process and nothing links against libGL. */
 
 #include <GL/glcorearb.h>
 

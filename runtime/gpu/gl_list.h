@@ -1,7 +1,8 @@
 #ifndef KD_GPU_GL_LIST_H
 #define KD_GPU_GL_LIST_H
 
-/* Every GL function the runtime calls: name without gl, and the spelling inside PFNGL…PROC of <GL/glcorearb.h>. */
+/* Every GL function the runtime calls: name without gl, and the spelling inside PFNGL…PROC of
+ * <GL/glcorearb.h>. */
 #define KD_GL_LIST(X)                                                                                        \
     X(AttachShader, ATTACHSHADER)                                                                            \
     X(BindBufferBase, BINDBUFFERBASE)                                                                        \

@@ -1,8 +1,9 @@
 #ifndef KD_GPU_INTERNAL_H
 #define KD_GPU_INTERNAL_H
 
-/* What the files of this module share: the pools behind the handles, cached GL state and the rings of a frame.
- * Invariant: a cached binding names what GL has bound, or id 0 for unknown; whoever deletes an object clears its cache. */
+/* What the files of this module share: the pools behind the handles, cached GL state and the rings of a
+ * frame. Invariant: a cached binding names what GL has bound, or id 0 for unknown; whoever deletes an object
+ * clears its cache. */
 
 #include <stdarg.h>
 
@@ -13,9 +14,9 @@
 #include "runtime/gpu/gpu.h"
 
 enum {
-    GPU_FRAMES = 3,         /* frames of uniforms that the GPU may lag behind */
-    GPU_TIMER_FRAMES = 4,   /* frames of timestamps in flight */
-    GPU_MAX_STORAGE = 32,   /* cached bindings; higher ones go to GL uncached */
+    GPU_FRAMES = 3,       /* frames of uniforms that the GPU may lag behind */
+    GPU_TIMER_FRAMES = 4, /* frames of timestamps in flight */
+    GPU_MAX_STORAGE = 32, /* cached bindings; higher ones go to GL uncached */
     GPU_MAX_TEXTURES = 32,
     GPU_MAX_NAME = 48,
     GPU_MAX_COMPLAINTS = 32 /* misuse found in frame code repeats every frame: log the first ones only */
@@ -23,7 +24,8 @@ enum {
 
 /* ---- handle pools ---- */
 
-/* Items of one kind in an array that grows; an id is generation << 20 | index + 1. Slots are reused, generations tell. */
+/* Items of one kind in an array that grows; an id is generation << 20 | index + 1. Slots are reused,
+ * generations tell. */
 typedef struct gpu_pool {
     char *items;
     uint16_t *generations; /* odd: alive */

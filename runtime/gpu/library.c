@@ -15,7 +15,8 @@ void *gpu_library_open(const char *const *names, gpu_reason *reason) {
     return NULL;
 }
 
-bool gpu_library_load(void *library, const gpu_symbol *symbols, size_t count, void *table, gpu_reason *reason) {
+bool gpu_library_load(void *library, const gpu_symbol *symbols, size_t count, void *table,
+                      gpu_reason *reason) {
     for (size_t i = 0; i < count; i++) {
         void *address = dlsym(library, symbols[i].name);
         if (!address) {

@@ -53,7 +53,7 @@ static void *get(kd_gpu *gpu, const gpu_pool *pool, uint32_t id, const char *kin
     if (!item && id)
         gpu_complain(gpu, "%s: the %s was destroyed before; keep it alive while it is used", call, kind);
     else if (!item)
-        gpu_complain(gpu, "%s: the %s could not be made; nothing was done", call, kind);
+        gpu_complain(gpu, "%s: there is no such %s, its making failed; nothing was done", call, kind);
     return item;
 }
 
@@ -80,7 +80,7 @@ gpu_readback *gpu_get_readback(kd_gpu *gpu, kd_gpu_readback readback, const char
 bool gpu_range_fits(kd_gpu *gpu, const gpu_buffer *buffer, size_t offset, size_t size, const char *call) {
     if (offset <= buffer->size && size <= buffer->size - offset)
         return true;
-    gpu_complain(gpu, "%s: bytes %zu to %zu lie outside of buffer %s (%zu bytes)", call, offset, offset + size,
-                 buffer->name, buffer->size);
+    gpu_complain(gpu, "%s: bytes %zu to %zu lie outside of buffer %s (%zu bytes)", call, offset,
+                 offset + size, buffer->name, buffer->size);
     return false;
 }

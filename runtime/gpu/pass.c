@@ -4,30 +4,45 @@
 
 #include "runtime/gpu/internal.h"
 
+static bool is_aligned(kd_gpu *gpu, const gpu_buffer *buffer, size_t offset, int alignment,
+                       const char *call) {
+    if (alignment <= 1 || offset % (size_t)alignment == 0)
+        return true;
+    gpu_complain(gpu, "%s: offset %zu into %s is no multiple of the driver's %d bytes", call, offset,
+                 buffer->name, alignment);
+    return false;
+}
+
 void kd_gpu_bind_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle) {
     kd_gpu_bind_storage_range(gpu, binding, handle, 0, kd_gpu_buffer_size(gpu, handle));
 }
 
-void kd_gpu_bind_storage_range(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset, size_t size) {
+void kd_gpu_bind_storage_range(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset,
+                               size_t size) {
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "bind_storage");
     gpu_storage_binding *cached = binding < GPU_MAX_STORAGE ? &gpu->storage[binding] : NULL;
-    if (!buffer || !gpu_range_fits(gpu, buffer, offset, size, "bind_storage"))
+    if (!buffer || !gpu_range_fits(gpu, buffer, offset, size, "bind_storage") ||
+        !is_aligned(gpu, buffer, offset, gpu->info.storage_alignment, "bind_storage"))
         return;
     if (binding >= (uint32_t)gpu->max_storage_bindings || !size || (int64_t)size > gpu->info.max_ssbo_bytes) {
-        gpu_complain(gpu, "bind_storage: %zu bytes of %s at binding %u (the driver has %d bindings of %lld bytes)", size,
-                     buffer->name, binding, gpu->max_storage_bindings, (long long)gpu->info.max_ssbo_bytes);
+        gpu_complain(
+            gpu, "bind_storage: %zu bytes of %s at binding %u (the driver has %d bindings of %lld bytes)",
+            size, buffer->name, binding, gpu->max_storage_bindings, (long long)gpu->info.max_ssbo_bytes);
         return;
     }
     if (cached && cached->id == handle.id && cached->offset == offset && cached->size == size)
         return;
-    gpu->gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, binding, buffer->gl, (GLintptr)offset, (GLsizeiptr)size);
+    gpu->gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, binding, buffer->gl, (GLintptr)offset,
+                            (GLsizeiptr)size);
     if (cached)
         *cached = (gpu_storage_binding){handle.id, offset, size};
 }
 
-void kd_gpu_bind_uniform_buffer(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset, size_t size) {
+void kd_gpu_bind_uniform_buffer(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset,
+                                size_t size) {
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "bind_uniform_buffer");
-    if (buffer && gpu_range_fits(gpu, buffer, offset, size, "bind_uniform_buffer"))
+    if (buffer && gpu_range_fits(gpu, buffer, offset, size, "bind_uniform_buffer") &&
+        is_aligned(gpu, buffer, offset, gpu->info.uniform_alignment, "bind_uniform_buffer"))
         gpu->gl.BindBufferRange(GL_UNIFORM_BUFFER, binding, buffer->gl, (GLintptr)offset, (GLsizeiptr)size);
 }
 
@@ -45,8 +60,8 @@ void kd_gpu_bind_texture(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle) {
         gpu->texture_units[unit] = handle.id;
 }
 
-void kd_gpu_bind_image(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle, uint32_t level, kd_image_access access,
-                       kd_texture_format format) {
+void kd_gpu_bind_image(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle, uint32_t level,
+                       kd_image_access access, kd_texture_format format) {
     static const GLenum modes[] = {GL_READ_ONLY, GL_WRITE_ONLY, GL_READ_WRITE};
     gpu_texture *texture = gpu_get_texture(gpu, handle, "bind_image");
     const gpu_format *row = gpu_get_format(format);
@@ -58,7 +73,8 @@ void kd_gpu_bind_image(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle, uint32
                      row->name, unit);
         return;
     }
-    GLboolean layered = texture->target == GL_TEXTURE_2D || texture->target == GL_TEXTURE_BUFFER ? GL_FALSE : GL_TRUE;
+    GLboolean layered =
+        texture->target == GL_TEXTURE_2D || texture->target == GL_TEXTURE_BUFFER ? GL_FALSE : GL_TRUE;
     gpu->gl.BindImageTexture(unit, texture->gl, (GLint)level, layered, 0, modes[access], row->internal);
 }
 

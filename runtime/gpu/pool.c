@@ -40,7 +40,8 @@ uint32_t gpu_pool_add(gpu_pool *pool, void **item) {
 
 void *gpu_pool_find(const gpu_pool *pool, uint32_t id) {
     uint32_t index = (id & MAX_ITEMS) - 1; /* wraps for id 0 */
-    if (index >= pool->count || pool->generations[index] != id >> INDEX_BITS || !(pool->generations[index] & 1))
+    if (index >= pool->count || pool->generations[index] != id >> INDEX_BITS ||
+        !(pool->generations[index] & 1))
         return NULL;
     return pool->items + index * pool->item_size;
 }

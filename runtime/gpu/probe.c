@@ -1,5 +1,5 @@
-/* Trying every way to a context. Each try is a child process that reports through a pipe, so that a driver that crashes,
- * hangs or spoils the process is a line in the report and nothing more. */
+/* Trying every way to a context. Each try is a child process that reports through a pipe, so that a driver
+ * that crashes, hangs or spoils the process is a line in the report and nothing more. */
 
 #include <errno.h>
 #include <poll.h>
@@ -21,12 +21,12 @@ static void ignore_message(void *user, kd_log_level level, const char *text) {
     (void)text;
 }
 
-/* Time filling a buffer by the GPU's clock and by the CPU's, finishing before and after: a timer that works counts up and
- * says no more than what the CPU saw. */
+/* Time filling a buffer by the GPU's clock and by the CPU's, finishing before and after: a timer that works
+ * counts up and says no more than what the CPU saw. */
 static bool try_timer(kd_gpu *gpu) {
     uint64_t ns[2] = {0, 0};
-    kd_gpu_buffer buffer =
-        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = TIMED_FILL_BYTES, .zeroed = true, .name = "probe"});
+    kd_gpu_buffer buffer = kd_gpu_make_buffer(
+        gpu, &(kd_gpu_buffer_desc){.size = TIMED_FILL_BYTES, .zeroed = true, .name = "probe"});
     kd_gpu_finish(gpu);
     uint64_t before = kd_clock_ns();
     kd_gpu_timestamp(gpu, 0);
@@ -54,7 +54,8 @@ static void try_way(kd_gpu_probe_row *row) {
     gpu_reason reason = {""};
     kd_gpu *gpu = NULL;
     kd_log_set_sink(ignore_message, NULL);
-    if (gpu_open_one(&(kd_gpu_desc){.api = row->api, .width = 64, .height = 64}, row->api, &gpu, &reason) != KD_OK) {
+    if (gpu_open_one(&(kd_gpu_desc){.api = row->api, .width = 64, .height = 64}, row->api, &gpu, &reason) !=
+        KD_OK) {
         add_note(row, reason.text);
         return;
     }

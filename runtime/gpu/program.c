@@ -1,5 +1,5 @@
-/* Programs: every stage's source is put together, compiled and linked at once; what the compiler says is logged a line
- * at a time under the path and line of the file that a person edits. */
+/* Programs: every stage's source is put together, compiled and linked at once; what the compiler says is
+ * logged a line at a time under the path and line of the file that a person edits. */
 
 #include <assert.h>
 #include <stdio.h>
@@ -97,7 +97,8 @@ static GLuint build(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *na
     } graphics[MAX_STAGES] = {{GL_VERTEX_SHADER, desc->vertex},
                               {GL_GEOMETRY_SHADER, desc->geometry},
                               {GL_FRAGMENT_SHADER, desc->fragment}},
-      compute[MAX_STAGES] = {{GL_COMPUTE_SHADER, desc->compute}}, *stages = desc->compute ? compute : graphics;
+      compute[MAX_STAGES] = {{GL_COMPUTE_SHADER, desc->compute}},
+      *stages = desc->compute ? compute : graphics;
     GLuint program = gpu->gl.CreateProgram(), shaders[MAX_STAGES] = {0};
     bool good = true;
     for (int i = 0; i < MAX_STAGES; i++) {

@@ -1,4 +1,5 @@
-/* Raster passes and draws. One vertex array is set up anew whenever the geometry differs from the last one's. */
+/* Raster passes and draws. One vertex array is set up anew whenever the geometry differs from the last one's.
+ */
 
 #include <assert.h>
 #include <string.h>
@@ -50,7 +51,8 @@ static void clear_color(kd_gpu *gpu, const gpu_target *target, const float color
     }
 }
 
-static void clear(kd_gpu *gpu, const gpu_target *target, const kd_gpu_raster *raster, GLsizei width, GLsizei height) {
+static void clear(kd_gpu *gpu, const gpu_target *target, const kd_gpu_raster *raster, GLsizei width,
+                  GLsizei height) {
     static const GLfloat far_plane = 1;
     bool depth = raster->clear_depth && (!target || target->has_depth);
     if (!raster->clear_color && !depth)
@@ -77,6 +79,8 @@ void kd_gpu_begin_raster(kd_gpu *gpu, const kd_gpu_raster *raster) {
     width = width ? width : target ? target->width : full_width;
     height = height ? height : target ? target->height : full_height;
     gpu->gl.BindFramebuffer(GL_FRAMEBUFFER, target ? target->gl : 0);
+    /* Windows are written as they are: whether theirs is an sRGB buffer is up to the system. */
+    enable(gpu, GL_FRAMEBUFFER_SRGB, target != NULL);
     gpu->gl.Viewport((GLint)raster->x, (GLint)raster->y, (GLsizei)width, (GLsizei)height);
     clear(gpu, target, raster, (GLsizei)width, (GLsizei)height);
     set_depth(gpu, raster);
@@ -92,11 +96,16 @@ static const struct {
     GLboolean normalized;
     GLsizei bytes;
 } attribute_formats[] = {
-    [KD_ATTR_F32X1] = {1, GL_FLOAT, GL_FALSE, 4},         [KD_ATTR_F32X2] = {2, GL_FLOAT, GL_FALSE, 8},
-    [KD_ATTR_F32X3] = {3, GL_FLOAT, GL_FALSE, 12},        [KD_ATTR_F32X4] = {4, GL_FLOAT, GL_FALSE, 16},
-    [KD_ATTR_U32X1] = {1, GL_UNSIGNED_INT, GL_FALSE, 4},  [KD_ATTR_UNORM8X4] = {4, GL_UNSIGNED_BYTE, GL_TRUE, 4},
-    [KD_ATTR_SNORM8X4] = {4, GL_BYTE, GL_TRUE, 4},        [KD_ATTR_SNORM16X2] = {2, GL_SHORT, GL_TRUE, 4},
-    [KD_ATTR_SNORM16X4] = {4, GL_SHORT, GL_TRUE, 8},      [KD_ATTR_F16X2] = {2, GL_HALF_FLOAT, GL_FALSE, 4},
+    [KD_ATTR_F32X1] = {1, GL_FLOAT, GL_FALSE, 4},
+    [KD_ATTR_F32X2] = {2, GL_FLOAT, GL_FALSE, 8},
+    [KD_ATTR_F32X3] = {3, GL_FLOAT, GL_FALSE, 12},
+    [KD_ATTR_F32X4] = {4, GL_FLOAT, GL_FALSE, 16},
+    [KD_ATTR_U32X1] = {1, GL_UNSIGNED_INT, GL_FALSE, 4},
+    [KD_ATTR_UNORM8X4] = {4, GL_UNSIGNED_BYTE, GL_TRUE, 4},
+    [KD_ATTR_SNORM8X4] = {4, GL_BYTE, GL_TRUE, 4},
+    [KD_ATTR_SNORM16X2] = {2, GL_SHORT, GL_TRUE, 4},
+    [KD_ATTR_SNORM16X4] = {4, GL_SHORT, GL_TRUE, 8},
+    [KD_ATTR_F16X2] = {2, GL_HALF_FLOAT, GL_FALSE, 4},
 };
 
 void gpu_bind_vao(kd_gpu *gpu, GLuint vao) {
@@ -109,7 +118,8 @@ void gpu_bind_vao(kd_gpu *gpu, GLuint vao) {
 static bool set_attribute(kd_gpu *gpu, const kd_gpu_attribute *attribute, GLuint binding) {
     const gl_table *gl = &gpu->gl;
     const gpu_buffer *buffer = gpu_get_buffer(gpu, attribute->buffer, "draw");
-    GLsizei stride = attribute->stride ? (GLsizei)attribute->stride : attribute_formats[attribute->format].bytes;
+    GLsizei stride =
+        attribute->stride ? (GLsizei)attribute->stride : attribute_formats[attribute->format].bytes;
     GLuint location = attribute->location;
     if (!buffer)
         return false;
@@ -174,16 +184,16 @@ void kd_gpu_draw_indexed(kd_gpu *gpu, kd_gpu_program program, const kd_gpu_geome
     if (geometry->indices.id)
         gpu->gl.DrawElementsInstancedBaseVertexBaseInstance(
             GL_TRIANGLES, (GLsizei)draw->index_count, GL_UNSIGNED_INT,
-            (const void *)(uintptr_t)((size_t)draw->first_index * sizeof(uint32_t)), (GLsizei)draw->instance_count,
-            draw->base_vertex, draw->base_instance);
+            (const void *)(uintptr_t)((size_t)draw->first_index * sizeof(uint32_t)),
+            (GLsizei)draw->instance_count, draw->base_vertex, draw->base_instance);
     else
         gpu->gl.DrawArraysInstancedBaseInstance(GL_TRIANGLES, (GLint)draw->first_index + draw->base_vertex,
                                                 (GLsizei)draw->index_count, (GLsizei)draw->instance_count,
                                                 draw->base_instance);
 }
 
-void kd_gpu_draw_indirect(kd_gpu *gpu, kd_gpu_program program, const kd_gpu_geometry *geometry, kd_gpu_buffer draws,
-                          size_t offset, uint32_t draw_count) {
+void kd_gpu_draw_indirect(kd_gpu *gpu, kd_gpu_program program, const kd_gpu_geometry *geometry,
+                          kd_gpu_buffer draws, size_t offset, uint32_t draw_count) {
     const gpu_buffer *buffer = draw_count ? gpu_get_buffer(gpu, draws, "draw_indirect") : NULL;
     assert(offset % 4 == 0);
     if (!buffer ||
@@ -216,7 +226,10 @@ void kd_gpu_blit_to_window(kd_gpu *gpu, kd_gpu_texture handle, uint32_t width, u
         return;
     }
     gpu->gl.NamedFramebufferTexture(gpu->blit_framebuffer, GL_COLOR_ATTACHMENT0, texture->gl, 0);
-    gpu->gl.BlitNamedFramebuffer(gpu->blit_framebuffer, 0, 0, 0, (GLint)texture->width, (GLint)texture->height, 0,
-                                 (GLint)height, (GLint)width, 0, GL_COLOR_BUFFER_BIT, GL_LINEAR);
+    gpu->gl.Disable(GL_FRAMEBUFFER_SRGB);
+    gpu->raster_ready = false;
+    gpu->gl.BlitNamedFramebuffer(gpu->blit_framebuffer, 0, 0, 0, (GLint)texture->width,
+                                 (GLint)texture->height, 0, (GLint)height, (GLint)width, 0,
+                                 GL_COLOR_BUFFER_BIT, GL_LINEAR);
     gpu->gl.NamedFramebufferTexture(gpu->blit_framebuffer, GL_COLOR_ATTACHMENT0, 0, 0);
 }

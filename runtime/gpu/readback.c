@@ -1,5 +1,5 @@
-/* Readback without a stall: a ring of areas in one mapped buffer; a fence behind each copy says when it may be read. The
- * area handed out by the last poll stays the caller's until the next poll. */
+/* Readback without a stall: a ring of areas in one mapped buffer; a fence behind each copy says when it may
+ * be read. The area handed out by the last poll stays the caller's until the next poll. */
 
 #include <assert.h>
 #include <string.h>
@@ -26,8 +26,8 @@ kd_gpu_readback kd_gpu_make_readback(kd_gpu *gpu, size_t size, uint32_t depth, c
                       : 0;
     if (!id) {
         gpu->gl.DeleteBuffers(1, &made.gl);
-        gpu_fail(gpu, "readback %s: the driver refused %u areas of %zu bytes; ask for less", made.name, made.depth,
-                 size);
+        gpu_fail(gpu, "readback %s: the driver refused %u areas of %zu bytes; ask for less", made.name,
+                 made.depth, size);
         return (kd_gpu_readback){0};
     }
     *readback = made;
@@ -77,8 +77,8 @@ static void end_copy(kd_gpu *gpu, gpu_readback *readback, int index, size_t size
     readback->count++;
 }
 
-kd_status kd_gpu_readback_buffer(kd_gpu *gpu, kd_gpu_readback handle, kd_gpu_buffer from, size_t offset, size_t size,
-                                 uint64_t tag) {
+kd_status kd_gpu_readback_buffer(kd_gpu *gpu, kd_gpu_readback handle, kd_gpu_buffer from, size_t offset,
+                                 size_t size, uint64_t tag) {
     gpu_readback *readback = gpu_get_readback(gpu, handle, "readback_buffer");
     gpu_buffer *buffer = readback ? gpu_get_buffer(gpu, from, "readback_buffer") : NULL;
     kd_status status;
@@ -125,7 +125,8 @@ static bool is_done(kd_gpu *gpu, const gpu_readback *readback, const gpu_area *a
     return state != GL_TIMEOUT_EXPIRED;
 }
 
-const void *kd_gpu_readback_poll(kd_gpu *gpu, kd_gpu_readback handle, bool wait, uint64_t *tag, size_t *size) {
+const void *kd_gpu_readback_poll(kd_gpu *gpu, kd_gpu_readback handle, bool wait, uint64_t *tag,
+                                 size_t *size) {
     gpu_readback *readback = gpu_get_readback(gpu, handle, "readback_poll");
     if (!readback)
         return NULL;

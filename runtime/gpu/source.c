@@ -210,7 +210,8 @@ void gpu_source_fini(gpu_source *source) {
 
 /* ---- messages ---- */
 
-void gpu_source_translate(const gpu_source *source, const char *line, size_t length, char *out, size_t capacity) {
+void gpu_source_translate(const gpu_source *source, const char *line, size_t length, char *out,
+                          size_t capacity) {
     char text[512];
     snprintf(text, sizeof text, "%.*s", (int)(length < sizeof text ? length : sizeof text - 1), line);
     /* Mesa: 0:12(5): error …; NVIDIA: 0(12) : error …; others: ERROR: 0:12: … */

@@ -1,8 +1,8 @@
 #ifndef KD_GPU_SOURCE_H
 #define KD_GPU_SOURCE_H
 
-/* GLSL source as the compiler gets it: the files put into one text, each under a number, and the way back from that
- * number to its path in what the compiler says. */
+/* GLSL source as the compiler gets it: the files put into one text, each under a number, and the way back
+ * from that number to its path in what the compiler says. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -17,16 +17,19 @@ typedef struct gpu_source {
     char error[256]; /* why expanding failed: FILE: what is wrong */
 } gpu_source;
 
-/** Put `#version`, the defines and the file with all it includes together. Returns false with source->error set.
+/** Put `#version`, the defines and the file with all it includes together. Returns false with source->error
+ * set.
  *
- *  Includes are written `#include "shaders/…"` and resolved once a file; one that cannot be resolved becomes #error, so
- *  that it does no harm where conditions skip it (headers shared with C).
- *  Owns  the caller frees with gpu_source_fini, after failure too
+ *  Includes are written `#include "shaders/…"` and resolved once a file; one that cannot be resolved becomes
+ * #error, so that it does no harm where conditions skip it (headers shared with C). Owns  the caller frees
+ * with gpu_source_fini, after failure too
  */
 bool gpu_source_expand(gpu_source *source, const char *path, const char *const *defines);
 void gpu_source_fini(gpu_source *source);
 
-/** Rewrite one line of a compiler's log from NUMBER:LINE(…) or NUMBER(LINE) to FILE:LINE. Others are copied. */
-void gpu_source_translate(const gpu_source *source, const char *line, size_t length, char *out, size_t capacity);
+/** Rewrite one line of a compiler's log from NUMBER:LINE(…) or NUMBER(LINE) to FILE:LINE. Others are copied.
+ */
+void gpu_source_translate(const gpu_source *source, const char *line, size_t length, char *out,
+                          size_t capacity);
 
 #endif

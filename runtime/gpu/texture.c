@@ -5,13 +5,15 @@
 
 #include "runtime/gpu/internal.h"
 
-/* Columns: GL's sized format, client format and type, bytes a texel, then what it is and where it may be bound. */
+/* Columns: GL's sized format, client format and type, bytes a texel, then what it is and where it may be
+ * bound. */
 static const gpu_format formats[KD_TEXTURE_FORMAT_COUNT] = {
     [KD_RGBA8] = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, 0, 0, 1, 1, "RGBA8"},
     [KD_SRGBA8] = {GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, 0, 0, 0, 0, "SRGBA8"},
     [KD_RGBA16F] = {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, 8, 0, 0, 1, 1, "RGBA16F"},
     [KD_RGBA32F] = {GL_RGBA32F, GL_RGBA, GL_FLOAT, 16, 0, 0, 1, 1, "RGBA32F"},
-    [KD_R11G11B10F] = {GL_R11F_G11F_B10F, GL_RGB, GL_UNSIGNED_INT_10F_11F_11F_REV, 4, 0, 0, 1, 0, "R11G11B10F"},
+    [KD_R11G11B10F] = {GL_R11F_G11F_B10F, GL_RGB, GL_UNSIGNED_INT_10F_11F_11F_REV, 4, 0, 0, 1, 0,
+                       "R11G11B10F"},
     [KD_R32UI] = {GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, 4, 1, 0, 1, 1, "R32UI"},
     [KD_RG32UI] = {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT, 8, 1, 0, 1, 1, "RG32UI"},
     [KD_RGBA32UI] = {GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT, 16, 1, 0, 1, 1, "RGBA32UI"},
@@ -128,22 +130,24 @@ static void upload(kd_gpu *gpu, const gpu_texture *texture, uint32_t level, uint
     GLsizei width = (GLsizei)gpu_level_size(texture->width, level);
     GLsizei height = (GLsizei)gpu_level_size(texture->height, level);
     if (texture->kind == KD_TEXTURE_2D)
-        gpu->gl.TextureSubImage2D(texture->gl, (GLint)level, 0, 0, width, height, format->format, format->type,
-                                  data);
+        gpu->gl.TextureSubImage2D(texture->gl, (GLint)level, 0, 0, width, height, format->format,
+                                  format->type, data);
     else
-        gpu->gl.TextureSubImage3D(texture->gl, (GLint)level, 0, 0, (GLint)layer, width, height, (GLsizei)layers,
-                                  format->format, format->type, data);
+        gpu->gl.TextureSubImage3D(texture->gl, (GLint)level, 0, 0, (GLint)layer, width, height,
+                                  (GLsizei)layers, format->format, format->type, data);
 }
 
 static bool allocate(kd_gpu *gpu, gpu_texture *texture) {
     const gpu_format *format = gpu_get_format(texture->format);
-    GLsizei levels = (GLsizei)texture->levels, width = (GLsizei)texture->width, height = (GLsizei)texture->height;
+    GLsizei levels = (GLsizei)texture->levels, width = (GLsizei)texture->width,
+            height = (GLsizei)texture->height;
     gpu_drain_errors(gpu);
     gpu->gl.CreateTextures(texture->target, 1, &texture->gl);
     if (texture->kind == KD_TEXTURE_2D || texture->kind == KD_TEXTURE_CUBE)
         gpu->gl.TextureStorage2D(texture->gl, levels, format->internal, width, height);
     else
-        gpu->gl.TextureStorage3D(texture->gl, levels, format->internal, width, height, (GLsizei)texture->depth);
+        gpu->gl.TextureStorage3D(texture->gl, levels, format->internal, width, height,
+                                 (GLsizei)texture->depth);
     if (gpu->gl.GetError() == GL_NO_ERROR)
         return true;
     gpu->gl.DeleteTextures(1, &texture->gl);
@@ -174,9 +178,9 @@ kd_gpu_texture kd_gpu_make_texture(kd_gpu *gpu, const kd_gpu_texture_desc *desc)
     if (!wrong && !allocate(gpu, &texture))
         wrong = "the driver refused it";
     if (wrong) {
-        gpu_fail(gpu, "texture %s: %s (%s, %u x %u x %u, %u levels, %zu bytes); ask for less", texture.name, wrong,
-                 gpu_get_format(desc->format)->name, texture.width, texture.height, texture.depth, texture.levels,
-                 texture.bytes);
+        gpu_fail(gpu, "texture %s: %s (%s, %u x %u x %u, %u levels, %zu bytes); ask for less", texture.name,
+                 wrong, gpu_get_format(desc->format)->name, texture.width, texture.height, texture.depth,
+                 texture.levels, texture.bytes);
         return (kd_gpu_texture){0};
     }
     set_sampling(gpu, &texture, desc);
@@ -231,8 +235,8 @@ static gpu_texture *get_level(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level
     return texture;
 }
 
-void kd_gpu_write_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, uint32_t layer, const void *data,
-                          size_t size) {
+void kd_gpu_write_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, uint32_t layer,
+                          const void *data, size_t size) {
     gpu_texture *texture = get_level(gpu, handle, level, "write_texture");
     if (!texture)
         return;
@@ -240,8 +244,8 @@ void kd_gpu_write_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, ui
     size_t layers = size / layer_bytes;
     if (!layers || size % layer_bytes || layer >= level_depth(texture, level) ||
         layers > level_depth(texture, level) - layer) {
-        gpu_complain(gpu, "write_texture: %zu bytes from layer %u do not fit texture %s (%zu bytes a layer)", size,
-                     layer, texture->name, layer_bytes);
+        gpu_complain(gpu, "write_texture: %zu bytes from layer %u do not fit texture %s (%zu bytes a layer)",
+                     size, layer, texture->name, layer_bytes);
         return;
     }
     upload(gpu, texture, level, layer, (uint32_t)layers, data);

@@ -1,5 +1,5 @@
-/* Timestamps: a ring of query objects, one set a frame, read when all of a frame have arrived. GPU time is moved onto the
- * CPU's monotonic clock by a difference that is measured now and then, as the clocks drift. */
+/* Timestamps: a ring of query objects, one set a frame, read when all of a frame have arrived. GPU time is
+ * moved onto the CPU's monotonic clock by a difference that is measured now and then, as the clocks drift. */
 
 #include <assert.h>
 
@@ -48,7 +48,8 @@ void kd_gpu_timestamp(kd_gpu *gpu, uint32_t slot) {
 }
 
 void gpu_timers_end_frame(kd_gpu *gpu) {
-    if (gpu->info.timestamp_bits && gpu->frame % FRAMES_BETWEEN_CORRELATIONS == FRAMES_BETWEEN_CORRELATIONS - 1)
+    if (gpu->info.timestamp_bits &&
+        gpu->frame % FRAMES_BETWEEN_CORRELATIONS == FRAMES_BETWEEN_CORRELATIONS - 1)
         correlate(gpu);
 }
 

@@ -1,6 +1,6 @@
-/* The ring of uniforms: one mapped buffer, split into a part for each of the frames in flight. Before a part is written
- * again its fence is waited for. When a part is full, a ring of twice the size takes over at once; the old one is deleted
- * some frames later, so that what is bound from it stays. */
+/* The ring of uniforms: one mapped buffer, split into a part for each of the frames in flight. Before a part
+ * is written again its fence is waited for. When a part is full, a ring of twice the size takes over at once;
+ * the old one is deleted some frames later, so that what is bound from it stays. */
 
 #include <assert.h>
 #include <string.h>
@@ -31,8 +31,7 @@ static bool make_ring(kd_gpu *gpu, size_t frame_bytes) {
 }
 
 bool gpu_uniforms_init(kd_gpu *gpu) {
-    GLint alignment = 0, max_block = 0;
-    gpu->gl.GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
+    GLint alignment = gpu->info.uniform_alignment, max_block = 0;
     gpu->gl.GetIntegerv(GL_MAX_UNIFORM_BLOCK_SIZE, &max_block);
     gpu->uniforms.alignment = alignment > 16 ? (size_t)alignment : 16;
     gpu->uniforms.max_block = (size_t)max_block;
@@ -60,7 +59,8 @@ void kd_gpu_bind_uniform(kd_gpu *gpu, uint32_t binding, const void *data, size_t
         return;
     }
     if (ring->used + size > ring->frame_bytes && !grow(gpu, size)) {
-        gpu_complain(gpu, "bind_uniform: no memory for more than %zu bytes of uniforms a frame", ring->frame_bytes);
+        gpu_complain(gpu, "bind_uniform: no memory for more than %zu bytes of uniforms a frame",
+                     ring->frame_bytes);
         return;
     }
     size_t offset = ring->slot * ring->frame_bytes + ring->used;

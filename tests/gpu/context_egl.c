@@ -1,4 +1,5 @@
 #include <dlfcn.h>
+#include <pthread.h>
 
 #include "context_use.h"
 
@@ -54,11 +55,33 @@ static void two_contexts_live_side_by_side(void **state) {
     kd_gpu *second = context_open(KD_CONTEXT_EGL_SURFACELESS, false);
     assert_non_null(first);
     assert_non_null(second);
-    kd_gpu_close(first); /* must not end the display that the second uses */
-    kd_gpu *third = context_open(KD_CONTEXT_EGL_SURFACELESS, false);
-    context_use(third);
-    kd_gpu_close(third);
+    kd_gpu_buffer buffer =
+        kd_gpu_make_buffer(second, &(kd_gpu_buffer_desc){.size = 4, .data = &(uint32_t){6}});
+    kd_gpu_make_buffer(first, &(kd_gpu_buffer_desc){.size = 4});
+    kd_gpu_close(first); /* must end neither the display that the second uses, nor its objects */
+    assert_true(kd_gpu_make_current(second, true));
+    uint32_t word = 0;
+    kd_gpu_read_buffer(second, buffer, 0, &word, 4);
+    assert_int_equal(word, 6);
+    context_use(second);
     kd_gpu_close(second);
+}
+
+static void *use_elsewhere(void *gpu) {
+    assert_true(kd_gpu_make_current(gpu, true));
+    context_use(gpu);
+    assert_true(kd_gpu_make_current(gpu, false));
+    return NULL;
+}
+
+static void context_moves_to_another_thread(void **state) {
+    pthread_t thread;
+    (void)state;
+    kd_gpu *gpu = context_open(KD_CONTEXT_EGL_SURFACELESS, false);
+    assert_true(kd_gpu_make_current(gpu, false));
+    assert_int_equal(pthread_create(&thread, NULL, use_elsewhere, gpu), 0);
+    assert_int_equal(pthread_join(thread, NULL), 0);
+    kd_gpu_close(gpu);
 }
 
 static void window_needs_glfw(void **state) {
@@ -74,6 +97,7 @@ int main(void) {
         CONTEXT_TEST(hardware_device_is_used_or_refused_with_a_reason),
         CONTEXT_TEST(any_egl_context_is_found),
         CONTEXT_TEST(two_contexts_live_side_by_side),
+        CONTEXT_TEST(context_moves_to_another_thread),
         CONTEXT_TEST(window_needs_glfw),
     };
     if (!dlopen("libEGL.so.1", RTLD_NOW)) {

@@ -23,7 +23,8 @@ static bool start_server(void) {
         if (!freopen("/dev/null", "w", stderr))
             _exit(127);
         snprintf(fd_text, sizeof fd_text, "%d", ends[1]);
-        execlp("Xvfb", "Xvfb", "-displayfd", fd_text, "-screen", "0", "640x480x24", "-nolisten", "tcp", (char *)NULL);
+        execlp("Xvfb", "Xvfb", "-displayfd", fd_text, "-screen", "0", "640x480x24", "-nolisten", "tcp",
+               (char *)NULL);
         _exit(127);
     }
     close(ends[1]);

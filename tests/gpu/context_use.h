@@ -1,7 +1,8 @@
 #ifndef KD_TESTS_CONTEXT_USE_H
 #define KD_TESTS_CONTEXT_USE_H
 
-/* Use a context of any kind for real: a compute pass with an include, an indirect one, a picture, a readback. */
+/* Use a context of any kind for real: a compute pass with an include, an indirect one, a picture, a readback.
+ */
 
 #include "tests/gpu_fixture.h"
 
@@ -17,13 +18,17 @@ static inline void context_compute(kd_gpu *gpu) {
     uint32_t words[USE_WORDS];
     const uint32_t params[4] = {11}, groups[4] = {0, USE_WORDS / 2 / 64, 1, 1};
     fixture_write("square.glsl", "uint square(uint x) { return x * x; }\n");
-    fixture_write("use.comp", "#include \"shaders/t/square.glsl\"\nlayout(local_size_x = 64) in;\n"
-                              "layout(std430, binding = 0) buffer Words { uint words[]; };\n"
-                              "layout(std140, binding = 0) uniform Params { uint add; };\n"
-                              "void main() { uint i = gl_GlobalInvocationID.x; words[i] += square(i) + add; }\n");
-    kd_gpu_program program = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/t/use.comp"});
-    kd_gpu_buffer buffer = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizeof words, .zeroed = true});
-    kd_gpu_buffer args = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizeof groups, .data = groups});
+    fixture_write("use.comp",
+                  "#include \"shaders/t/square.glsl\"\nlayout(local_size_x = 64) in;\n"
+                  "layout(std430, binding = 0) buffer Words { uint words[]; };\n"
+                  "layout(std140, binding = 0) uniform Params { uint add; };\n"
+                  "void main() { uint i = gl_GlobalInvocationID.x; words[i] += square(i) + add; }\n");
+    kd_gpu_program program =
+        kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/t/use.comp"});
+    kd_gpu_buffer buffer =
+        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizeof words, .zeroed = true});
+    kd_gpu_buffer args =
+        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizeof groups, .data = groups});
     kd_gpu_bind_storage(gpu, 0, buffer);
     kd_gpu_bind_uniform(gpu, 0, params, sizeof params);
     kd_gpu_dispatch(gpu, program, USE_WORDS / 64, 1, 1);
@@ -38,7 +43,9 @@ static inline void context_draw(kd_gpu *gpu) {
     enum { SIDE = 8 };
     uint64_t tag = 0;
     size_t size = 0;
-    fixture_write("use.vert", "void main() { gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1); }\n");
+    fixture_write(
+        "use.vert",
+        "void main() { gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1); }\n");
     fixture_write("use.frag", "layout(location = 0) out vec4 color;\n"
                               "void main() { color = vec4(1, gl_FragCoord.x < 4.0 ? 1 : 0, 0, 1); }\n");
     kd_gpu_program program = kd_gpu_make_program(

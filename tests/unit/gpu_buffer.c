@@ -73,7 +73,8 @@ static void memory_is_counted_by_name(void **state) {
     kd_gpu_buffer a = make(gpu, KD_BUFFER_STATIC, NULL);
     make(gpu, KD_BUFFER_STATIC, NULL);
     kd_gpu_texture texture = kd_gpu_make_texture(
-        gpu, &(kd_gpu_texture_desc){.format = KD_RGBA8, .width = 4, .height = 4, .levels = UINT32_MAX, .name = "t"});
+        gpu, &(kd_gpu_texture_desc){
+                 .format = KD_RGBA8, .width = 4, .height = 4, .levels = UINT32_MAX, .name = "t"});
     /* Levels of 4x4, 2x2 and 1x1 texels of 4 bytes: 84. */
     assert_int_equal(kd_gpu_bytes(gpu), before + 2 * BYTES + 84);
     assert_int_equal(kd_gpu_memory(gpu, rows, 8), 2);
@@ -91,7 +92,8 @@ static void memory_is_counted_by_name(void **state) {
 static void buffer_that_is_too_large_fails_with_name_and_bytes(void **state) {
     kd_gpu *gpu = *state;
     /* 2^60 bytes: more than any driver can address. */
-    kd_gpu_buffer buffer = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = (size_t)1 << 60, .name = "vast"});
+    kd_gpu_buffer buffer =
+        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = (size_t)1 << 60, .name = "vast"});
     assert_int_equal(buffer.id, 0);
     assert_true(kd_gpu_failed(gpu));
     assert_true(fixture_logged("vast"));

@@ -5,7 +5,8 @@ enum { SIDE = 16, PIXELS = SIDE * SIDE };
 typedef struct scene {
     kd_gpu_texture color, depth;
     kd_gpu_target target;
-    kd_gpu_program program;  /* attributes: position at 0, colour at 1, per instance, offset at 2, per instance */
+    kd_gpu_program
+        program; /* attributes: position at 0, colour at 1, per instance, offset at 2, per instance */
     kd_gpu_program triangle; /* procedural: covers everything at the depth and colour of uniform block 0 */
 } scene;
 
@@ -25,9 +26,10 @@ static scene make_scene(kd_gpu *gpu) {
         gpu, &(kd_gpu_program_desc){.vertex = "shaders/t/a.vert", .fragment = "shaders/t/a.frag"});
     made.triangle = kd_gpu_make_program(
         gpu, &(kd_gpu_program_desc){.vertex = "shaders/t/p.vert", .fragment = "shaders/t/a.frag"});
-    made.color = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA8, .width = SIDE, .height = SIDE});
-    made.depth =
-        kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_DEPTH32F, .width = SIDE, .height = SIDE});
+    made.color =
+        kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA8, .width = SIDE, .height = SIDE});
+    made.depth = kd_gpu_make_texture(
+        gpu, &(kd_gpu_texture_desc){.format = KD_DEPTH32F, .width = SIDE, .height = SIDE});
     made.target = kd_gpu_make_target(gpu, &(kd_gpu_target_desc){.color = {made.color}, .depth = made.depth});
     return made;
 }
@@ -41,7 +43,8 @@ static const float quad[4][3] = {{-1, -1, 0}, {0, -1, 0}, {0, 0, 0}, {-1, 0, 0}}
 static const uint32_t quad_indices[6] = {0, 1, 2, 0, 2, 3};
 /* Four instances: the first stays, the others move to the lower right, upper left and upper right quarter. */
 static const float quad_offsets[4][2] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}};
-static const uint8_t quad_colors[4][4] = {{255, 0, 0, 255}, {0, 255, 0, 255}, {0, 0, 255, 255}, {255, 255, 0, 255}};
+static const uint8_t quad_colors[4][4] = {
+    {255, 0, 0, 255}, {0, 255, 0, 255}, {0, 0, 255, 255}, {255, 255, 0, 255}};
 
 static kd_gpu_geometry make_quads(kd_gpu *gpu) {
     return (kd_gpu_geometry){
@@ -55,7 +58,8 @@ static kd_gpu_geometry make_quads(kd_gpu *gpu) {
 static void assert_quarter(kd_gpu *gpu, const scene *s, int quarter, uint32_t r, uint32_t g, uint32_t b) {
     uint8_t pixels[PIXELS][4];
     kd_gpu_read_texture(gpu, s->color, 0, pixels, sizeof pixels);
-    const uint8_t *pixel = pixels[(quarter / 2 * SIDE / 2 + SIDE / 4) * SIDE + quarter % 2 * SIDE / 2 + SIDE / 4];
+    const uint8_t *pixel =
+        pixels[(quarter / 2 * SIDE / 2 + SIDE / 4) * SIDE + quarter % 2 * SIDE / 2 + SIDE / 4];
     if (pixel[0] != r || pixel[1] != g || pixel[2] != b)
         fail_msg("quarter %d is %d %d %d, not %u %u %u", quarter, pixel[0], pixel[1], pixel[2], r, g, b);
 }
@@ -76,9 +80,10 @@ static void triangle_covers_its_half_of_the_target(void **state) {
     uint8_t pixels[PIXELS][4];
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
-    kd_gpu_geometry geometry = {.attributes = {{make_data(gpu, corners, sizeof corners), 0, KD_ATTR_F32X3, 0, 0, false},
-                                               {make_data(gpu, red, sizeof red), 1, KD_ATTR_F32X4, 0, 0, true},
-                                               {make_data(gpu, no_offset, 8), 2, KD_ATTR_F32X2, 0, 0, true}}};
+    kd_gpu_geometry geometry = {
+        .attributes = {{make_data(gpu, corners, sizeof corners), 0, KD_ATTR_F32X3, 0, 0, false},
+                       {make_data(gpu, red, sizeof red), 1, KD_ATTR_F32X4, 0, 0, true},
+                       {make_data(gpu, no_offset, 8), 2, KD_ATTR_F32X2, 0, 0, true}}};
     begin(gpu, &s);
     kd_gpu_draw_indexed(gpu, s.program, &geometry, &(kd_draw_indexed){3, 1, 0, 0, 0});
     kd_gpu_read_texture(gpu, s.color, 0, pixels, sizeof pixels);
@@ -128,7 +133,8 @@ static void indirect_draws_read_the_buffer(void **state) {
 }
 
 static void geometry_changes_between_draws(void **state) {
-    const uint8_t white[4][4] = {{255, 255, 255, 255}, {255, 255, 255, 255}, {255, 255, 255, 255}, {255, 255, 255, 255}};
+    const uint8_t white[4][4] = {
+        {255, 255, 255, 255}, {255, 255, 255, 255}, {255, 255, 255, 255}, {255, 255, 255, 255}};
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
     kd_gpu_geometry quads = make_quads(gpu), other = quads;
@@ -163,7 +169,10 @@ static void culling_keeps_counterclockwise_faces(void **state) {
 static void depth_keeps_the_nearest_and_equal_matches(void **state) {
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
-    kd_gpu_raster raster = {.target = s.target, .clear_color = true, .clear_depth = true, .depth_test = true,
+    kd_gpu_raster raster = {.target = s.target,
+                            .clear_color = true,
+                            .clear_depth = true,
+                            .depth_test = true,
                             .depth_write = true};
     kd_gpu_begin_raster(gpu, &raster);
     cover(gpu, &s, 0, 1, 0, 1, 0.5f);
@@ -186,7 +195,10 @@ static void depth_clamp_and_bias_apply(void **state) {
     float depths[PIXELS];
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
-    kd_gpu_raster raster = {.target = s.target, .clear_color = true, .clear_depth = true, .depth_test = true,
+    kd_gpu_raster raster = {.target = s.target,
+                            .clear_color = true,
+                            .clear_depth = true,
+                            .depth_test = true,
                             .depth_write = true};
     kd_gpu_begin_raster(gpu, &raster);
     cover(gpu, &s, 1, 0, 0, 1, -2); /* before the near plane: clipped */
@@ -207,7 +219,8 @@ static void depth_clamp_and_bias_apply(void **state) {
 static void blending_mixes_and_adds(void **state) {
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
-    kd_gpu_raster raster = {.target = s.target, .clear_color = true, .color = {1, 0, 0, 1}, .blend = KD_BLEND_ADD};
+    kd_gpu_raster raster = {
+        .target = s.target, .clear_color = true, .color = {1, 0, 0, 1}, .blend = KD_BLEND_ADD};
     kd_gpu_begin_raster(gpu, &raster);
     cover(gpu, &s, 0, 1, 0, 1, 0);
     assert_quarter(gpu, &s, 3, 255, 255, 0);
@@ -224,8 +237,12 @@ static void rectangle_limits_the_clear_and_the_draw(void **state) {
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
     begin(gpu, &s);
-    kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = s.target, .x = SIDE / 2, .width = SIDE / 2, .height = SIDE / 2,
-                                              .clear_color = true, .color = {1, 1, 1, 1}});
+    kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = s.target,
+                                              .x = SIDE / 2,
+                                              .width = SIDE / 2,
+                                              .height = SIDE / 2,
+                                              .clear_color = true,
+                                              .color = {1, 1, 1, 1}});
     assert_quarter(gpu, &s, 0, 0, 0, 0);
     assert_quarter(gpu, &s, 1, 255, 255, 255);
     cover(gpu, &s, 0, 1, 0, 1, 0);
@@ -240,12 +257,15 @@ static void target_of_a_layer_draws_to_it_alone(void **state) {
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
     kd_gpu_texture cube = kd_gpu_make_texture(
-        gpu, &(kd_gpu_texture_desc){.kind = KD_TEXTURE_CUBE, .format = KD_DEPTH32F, .width = SIDE, .height = SIDE});
+        gpu, &(kd_gpu_texture_desc){
+                 .kind = KD_TEXTURE_CUBE, .format = KD_DEPTH32F, .width = SIDE, .height = SIDE});
     kd_gpu_clear_texture(gpu, cube, 0, NULL);
     kd_gpu_target face = kd_gpu_make_target(gpu, &(kd_gpu_target_desc){.depth = cube, .layer = 4});
-    kd_gpu_program depth_only = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.vertex = "shaders/t/p.vert"});
+    kd_gpu_program depth_only =
+        kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.vertex = "shaders/t/p.vert"});
     const float params[8] = {0, 0, 0, 0, 0.5f};
-    kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = face, .clear_depth = true, .depth_test = true, .depth_write = true});
+    kd_gpu_begin_raster(
+        gpu, &(kd_gpu_raster){.target = face, .clear_depth = true, .depth_test = true, .depth_write = true});
     kd_gpu_bind_uniform(gpu, 0, params, sizeof params);
     kd_gpu_draw_procedural(gpu, depth_only, 3, 1);
     kd_gpu_read_texture(gpu, cube, 0, depths, sizeof depths);
@@ -278,11 +298,27 @@ static void target_without_textures_runs_fragments(void **state) {
 static void integer_targets_are_cleared_as_integers(void **state) {
     uint32_t out[16];
     kd_gpu *gpu = *state;
-    kd_gpu_texture ids = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_R32UI, .width = 4, .height = 4});
+    kd_gpu_texture ids =
+        kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_R32UI, .width = 4, .height = 4});
     kd_gpu_target target = kd_gpu_make_target(gpu, &(kd_gpu_target_desc){.color = {ids}});
     kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = target, .clear_color = true, .color = {7}});
     kd_gpu_read_texture(gpu, ids, 0, out, sizeof out);
     assert_int_equal(out[15], 7);
+    fixture_assert_clean(gpu);
+}
+
+static void srgb_targets_encode_what_is_written(void **state) {
+    uint8_t out[4];
+    kd_gpu *gpu = *state;
+    scene s = make_scene(gpu);
+    kd_gpu_texture color =
+        kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_SRGBA8, .width = 1, .height = 1});
+    kd_gpu_target target = kd_gpu_make_target(gpu, &(kd_gpu_target_desc){.color = {color}});
+    kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = target});
+    cover(gpu, &s, 0.5f, 1, 0, 1, 0);
+    kd_gpu_read_texture(gpu, color, 0, out, 4);
+    assert_in_range(out[0], 187, 189); /* 255 (1.055 0.5^(1/2.4) - 0.055) = 187.5 */
+    assert_int_equal(out[1], 255);
     fixture_assert_clean(gpu);
 }
 
@@ -316,6 +352,7 @@ int main(void) {
         FIXTURE_TEST(target_of_a_layer_draws_to_it_alone),
         FIXTURE_TEST(target_without_textures_runs_fragments),
         FIXTURE_TEST(integer_targets_are_cleared_as_integers),
+        FIXTURE_TEST(srgb_targets_encode_what_is_written),
         FIXTURE_TEST(draws_without_a_pass_do_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

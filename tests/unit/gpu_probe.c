@@ -38,7 +38,8 @@ static void probe_says_what_a_missing_display_means(void **state) {
     uint32_t count = kd_gpu_probe(rows, 8);
     assert_int_equal(rows[count - 1].api, KD_CONTEXT_GLFW);
     assert_false(rows[count - 1].works);
-    assert_true(strstr(rows[count - 1].note, "DISPLAY is not set") || strstr(rows[count - 1].note, "is missing"));
+    assert_true(strstr(rows[count - 1].note, "DISPLAY is not set") ||
+                strstr(rows[count - 1].note, "is missing"));
 }
 
 static void missing_library_is_named(void **state) {

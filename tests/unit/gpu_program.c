@@ -33,8 +33,9 @@ static void program_uses_includes_and_defines(void **state) {
 
 static void program_shares_a_header_with_c(void **state) {
     kd_gpu *gpu = *state;
-    fixture_write("shared.h", "#ifndef SHARED_H\n#define SHARED_H\n#ifndef KD_GLSL\n#include <stdint.h>\n#endif\n"
-                              "struct shared_row { uint a; };\n#endif\n");
+    fixture_write("shared.h",
+                  "#ifndef SHARED_H\n#define SHARED_H\n#ifndef KD_GLSL\n#include <stdint.h>\n#endif\n"
+                  "struct shared_row { uint a; };\n#endif\n");
     write_comp("a.comp", "#include \"shaders/t/shared.h\"\n",
                "void main() { shared_row row = shared_row(3u); values[0] = row.a; }\n");
     assert_int_not_equal(make_compute(gpu, "shaders/t/a.comp").id, 0);
@@ -69,9 +70,12 @@ static void program_error_names_a_missing_include_where_it_stands(void **state) 
 
 static void program_error_names_stages_that_do_not_link(void **state) {
     kd_gpu *gpu = *state;
-    fixture_write("a.vert", "layout(location = 0) out vec4 color;\nvoid main() { color = vec4(1); gl_Position = vec4(0); }\n");
-    fixture_write("a.frag", "layout(location = 0) in flat uint color;\nlayout(location = 0) out vec4 result;\n"
-                            "void main() { result = vec4(color); }\n");
+    fixture_write(
+        "a.vert",
+        "layout(location = 0) out vec4 color;\nvoid main() { color = vec4(1); gl_Position = vec4(0); }\n");
+    fixture_write("a.frag",
+                  "layout(location = 0) in flat uint color;\nlayout(location = 0) out vec4 result;\n"
+                  "void main() { result = vec4(color); }\n");
     kd_gpu_program program = kd_gpu_make_program(
         gpu, &(kd_gpu_program_desc){.vertex = "shaders/t/a.vert", .fragment = "shaders/t/a.frag"});
     assert_int_equal(program.id, 0);

@@ -19,7 +19,8 @@ static void readback_arrives_some_frames_later_without_waiting(void **state) {
         /* Let the driver catch up once two frames are behind, as a frame's other work would. */
         if (frame >= 2)
             usleep(2000);
-        for (const uint32_t *word; (word = kd_gpu_readback_poll(gpu, ring, frame == FRAMES - 1, &tag, &size));) {
+        for (const uint32_t *word;
+             (word = kd_gpu_readback_poll(gpu, ring, frame == FRAMES - 1, &tag, &size));) {
             assert_int_equal(tag, next);
             assert_int_equal(size, 4);
             assert_int_equal(*word, 100 + next);
@@ -58,8 +59,8 @@ static void readback_takes_textures(void **state) {
     uint64_t tag = 0;
     size_t size = 0;
     kd_gpu *gpu = *state;
-    kd_gpu_texture texture =
-        kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA8, .width = 3, .height = 2, .data = texels});
+    kd_gpu_texture texture = kd_gpu_make_texture(
+        gpu, &(kd_gpu_texture_desc){.format = KD_RGBA8, .width = 3, .height = 2, .data = texels});
     kd_gpu_readback ring = kd_gpu_make_readback(gpu, sizeof texels, 0, "picture");
     assert_int_equal(kd_gpu_readback_texture(gpu, ring, texture, 0, 77), KD_OK);
     const void *pixels = kd_gpu_readback_poll(gpu, ring, true, &tag, &size);

@@ -1,3 +1,4 @@
+#include "runtime/gpu/embedded.h"
 #include "runtime/gpu/source.h"
 #include "tests/gpu_fixture.h"
 
@@ -22,7 +23,8 @@ static int count(const char *text, const char *word) {
 
 static void source_starts_with_version_and_defines(void **state) {
     const char *const defines[] = {"SIZE 8", "FAST", NULL};
-    const char *expected = "#version 450 core\n#define KD_GLSL 1\n#define SIZE 8\n#define FAST\n#line 1 0\nvoid main() {}\n";
+    const char *expected =
+        "#version 450 core\n#define KD_GLSL 1\n#define SIZE 8\n#define FAST\n#line 1 0\nvoid main() {}\n";
     gpu_source source = {0};
     (void)state;
     fixture_write("a.comp", "void main() {}");
@@ -36,14 +38,16 @@ static void source_includes_a_file_once_and_counts_lines_on(void **state) {
     (void)state;
     fixture_write("leaf.glsl", "float leaf;\n");
     fixture_write("node.glsl", "#include \"shaders/t/leaf.glsl\"\nfloat node;\n");
-    fixture_write("a.comp", "# include  \"shaders/t/node.glsl\"\n#include \"shaders/t/leaf.glsl\"\nfloat a;\n");
+    fixture_write("a.comp",
+                  "# include  \"shaders/t/node.glsl\"\n#include \"shaders/t/leaf.glsl\"\nfloat a;\n");
     assert_true(gpu_source_expand(&source, "shaders/t/a.comp", NULL));
     assert_int_equal(count(source.text, "float leaf;"), 1);
     assert_int_equal(source.path_count, 3);
-    /* node is file 1, leaf file 2; behind the leaf comes line 2 of node, behind node line 2 of the main file, whose
-     * second include gives an empty line. */
-    assert_string_equal(strstr(source.text, "#line 1 0"), "#line 1 0\n#line 1 1\n#line 1 2\nfloat leaf;\n#line 2 1\n"
-                                                          "float node;\n#line 2 0\n\nfloat a;\n");
+    /* node is file 1, leaf file 2; behind the leaf comes line 2 of node, behind node line 2 of the main file,
+     * whose second include gives an empty line. */
+    assert_string_equal(strstr(source.text, "#line 1 0"),
+                        "#line 1 0\n#line 1 1\n#line 1 2\nfloat leaf;\n#line 2 1\n"
+                        "float node;\n#line 2 0\n\nfloat a;\n");
     gpu_source_fini(&source);
 }
 
@@ -60,7 +64,8 @@ static void source_leaves_includes_in_comments_alone(void **state) {
     gpu_source source = {0};
     (void)state;
     fixture_write("leaf.glsl", "float leaf;\n");
-    fixture_write("a.comp", "/* text\n#include \"shaders/t/leaf.glsl\"\n*/\n// #include \"shaders/t/leaf.glsl\"\n");
+    fixture_write("a.comp",
+                  "/* text\n#include \"shaders/t/leaf.glsl\"\n*/\n// #include \"shaders/t/leaf.glsl\"\n");
     assert_true(gpu_source_expand(&source, "shaders/t/a.comp", NULL));
     assert_int_equal(count(source.text, "float leaf;"), 0);
     gpu_source_fini(&source);
@@ -69,7 +74,8 @@ static void source_leaves_includes_in_comments_alone(void **state) {
 static void source_turns_a_missing_include_into_an_error_line(void **state) {
     gpu_source source = {0};
     (void)state;
-    fixture_write("a.comp", "#include \"shaders/t/gone.glsl\"\n#include <stdint.h>\n#include \"../../etc/passwd\"\n");
+    fixture_write("a.comp",
+                  "#include \"shaders/t/gone.glsl\"\n#include <stdint.h>\n#include \"../../etc/passwd\"\n");
     assert_true(gpu_source_expand(&source, "shaders/t/a.comp", NULL));
     assert_int_equal(count(source.text, "#error cannot include"), 3);
     assert_non_null(strstr(source.text, "shaders/t/gone.glsl"));
@@ -101,6 +107,22 @@ static void source_stops_at_too_many_files(void **state) {
     gpu_source_fini(&source);
 }
 
+static void source_comes_from_the_program_without_a_folder(void **state) {
+    (void)state;
+    assert_int_equal(unsetenv("KANDIL_SHADER_DIR"), 0);
+    for (const kd_embedded_shader *shader = kd_embedded_shaders; shader->path; shader++) {
+        gpu_source source = {0};
+        assert_int_equal(strlen(shader->text), shader->size);
+        assert_true(gpu_source_expand(&source, shader->path, NULL));
+        assert_string_equal(source.paths[0], shader->path);
+        gpu_source_fini(&source);
+    }
+    gpu_source missing = {0};
+    assert_false(gpu_source_expand(&missing, "shaders/t/none.comp", NULL));
+    assert_non_null(strstr(missing.error, "in the program"));
+    gpu_source_fini(&missing);
+}
+
 static void assert_translated(const gpu_source *source, const char *line, const char *expected) {
     char out[256];
     gpu_source_translate(source, line, strlen(line), out, sizeof out);
@@ -128,6 +150,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(source_turns_a_missing_include_into_an_error_line, setup, teardown),
         cmocka_unit_test_setup_teardown(source_names_a_missing_file, setup, teardown),
         cmocka_unit_test_setup_teardown(source_stops_at_too_many_files, setup, teardown),
+        cmocka_unit_test_setup_teardown(source_comes_from_the_program_without_a_folder, setup, teardown),
         cmocka_unit_test(translate_reads_the_messages_of_all_compilers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -8,9 +8,14 @@ static void every_format_and_kind_can_be_made_written_and_read(void **state) {
             if (depth && kind == KD_TEXTURE_3D) /* GL has no 3D depth textures */
                 continue;
             uint8_t zeros[6 * 8 * 8 * 16] = {0}, out[6 * 8 * 8 * 16];
-            kd_gpu_texture texture = kd_gpu_make_texture(
-                gpu, &(kd_gpu_texture_desc){.kind = (kd_texture_kind)kind, .format = (kd_texture_format)format,
-                                            .width = 8, .height = 8, .depth = 3, .levels = 2, .data = zeros});
+            kd_gpu_texture texture =
+                kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.kind = (kd_texture_kind)kind,
+                                                                .format = (kd_texture_format)format,
+                                                                .width = 8,
+                                                                .height = 8,
+                                                                .depth = 3,
+                                                                .levels = 2,
+                                                                .data = zeros});
             if (!texture.id)
                 fail_msg("format %d, kind %d: %s", format, kind, fixture_text);
             memset(out, 0xff, sizeof out);
@@ -27,7 +32,8 @@ static void texture_layers_are_written_one_by_one(void **state) {
     uint32_t layer[4] = {1, 2, 3, 4}, out[12];
     kd_gpu *gpu = *state;
     kd_gpu_texture texture = kd_gpu_make_texture(
-        gpu, &(kd_gpu_texture_desc){.kind = KD_TEXTURE_3D, .format = KD_R32UI, .width = 2, .height = 2, .depth = 3});
+        gpu, &(kd_gpu_texture_desc){
+                 .kind = KD_TEXTURE_3D, .format = KD_R32UI, .width = 2, .height = 2, .depth = 3});
     kd_gpu_clear_texture(gpu, texture, 0, &(uint32_t){9});
     kd_gpu_write_texture(gpu, texture, 0, 1, layer, sizeof layer);
     kd_gpu_read_texture(gpu, texture, 0, out, sizeof out);
@@ -42,16 +48,20 @@ static void mips_average_level_zero(void **state) {
     const uint8_t texels[4][4] = {{0, 0, 0, 0}, {40, 0, 0, 0}, {80, 0, 0, 0}, {120, 0, 0, 0}};
     uint8_t out[4];
     kd_gpu *gpu = *state;
-    kd_gpu_texture texture =
-        kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA8, .width = 2, .height = 2, .data = texels,
-                                                        .levels = UINT32_MAX, .generate_mips = true});
+    kd_gpu_texture texture = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA8,
+                                                                             .width = 2,
+                                                                             .height = 2,
+                                                                             .data = texels,
+                                                                             .levels = UINT32_MAX,
+                                                                             .generate_mips = true});
     kd_gpu_read_texture(gpu, texture, 1, out, 4);
     assert_in_range(out[0], 59, 61); /* (0 + 40 + 80 + 120) / 4, a step of rounding either way */
     fixture_assert_clean(gpu);
 }
 
 /* Sample `texture` in a compute shader: the body sets `result`. */
-static void sample(kd_gpu *gpu, const char *sampler, const char *body, kd_gpu_texture texture, float result[4]) {
+static void sample(kd_gpu *gpu, const char *sampler, const char *body, kd_gpu_texture texture,
+                   float result[4]) {
     char text[1024];
     snprintf(text, sizeof text,
              "layout(local_size_x = 1) in;\nlayout(std430, binding = 0) buffer Out { vec4 result; };\n"
@@ -72,9 +82,13 @@ static void shadow_filter_compares_less_or_equal(void **state) {
     const float depths[4] = {0.5f, 0.5f, 0.5f, 0.5f};
     float result[4];
     kd_gpu *gpu = *state;
-    kd_gpu_texture map = kd_gpu_make_texture(
-        gpu, &(kd_gpu_texture_desc){.format = KD_DEPTH32F, .width = 2, .height = 2, .data = depths,
-                                    .filter = KD_SHADOW, .wrap_s = KD_BORDER_ONE, .wrap_t = KD_BORDER_ONE});
+    kd_gpu_texture map = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_DEPTH32F,
+                                                                         .width = 2,
+                                                                         .height = 2,
+                                                                         .data = depths,
+                                                                         .filter = KD_SHADOW,
+                                                                         .wrap_s = KD_BORDER_ONE,
+                                                                         .wrap_t = KD_BORDER_ONE});
     sample(gpu, "sampler2DShadow",
            "result = vec4(textureLod(map, vec3(0.5, 0.5, 0.4), 0), textureLod(map, vec3(0.5, 0.5, 0.5), 0), "
            "textureLod(map, vec3(0.5, 0.5, 0.6), 0), textureLod(map, vec3(3.0, 3.0, 0.9), 0));",
@@ -91,13 +105,18 @@ static void lod_picks_a_level_under_every_filter(void **state) {
     kd_gpu *gpu = *state;
     for (int i = 0; i < 3; i++) {
         float result[4];
-        kd_gpu_texture map = kd_gpu_make_texture(
-            gpu, &(kd_gpu_texture_desc){.kind = KD_TEXTURE_3D, .format = KD_R32F, .width = 4, .height = 4, .depth = 4,
-                                        .levels = 3, .filter = filters[i]});
+        kd_gpu_texture map = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.kind = KD_TEXTURE_3D,
+                                                                             .format = KD_R32F,
+                                                                             .width = 4,
+                                                                             .height = 4,
+                                                                             .depth = 4,
+                                                                             .levels = 3,
+                                                                             .filter = filters[i]});
         for (uint32_t level = 0; level < 3; level++)
             kd_gpu_clear_texture(gpu, map, level, &(float){(float)level});
-        sample(gpu, "sampler3D", "result = vec4(textureLod(map, vec3(0.5), 0).x, textureLod(map, vec3(0.5), 2).x, 0, 0);",
-               map, result);
+        sample(gpu, "sampler3D",
+               "result = vec4(textureLod(map, vec3(0.5), 0).x, textureLod(map, vec3(0.5), 2).x, 0, 0);", map,
+               result);
         assert_float_equal(result[0], 0, 0);
         assert_float_equal(result[1], 2, 0);
         kd_gpu_destroy_texture(gpu, map);
@@ -109,9 +128,11 @@ static void texel_buffer_reads_its_buffer(void **state) {
     const uint32_t words[4] = {10, 20, 30, 40};
     float result[4];
     kd_gpu *gpu = *state;
-    kd_gpu_buffer buffer = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizeof words, .data = words});
+    kd_gpu_buffer buffer =
+        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizeof words, .data = words});
     kd_gpu_texture view = kd_gpu_make_texel_buffer(gpu, buffer, KD_R32UI);
-    sample(gpu, "usamplerBuffer", "for (int i = 0; i < 4; i++) result[i] = float(texelFetch(map, i).x);", view, result);
+    sample(gpu, "usamplerBuffer", "for (int i = 0; i < 4; i++) result[i] = float(texelFetch(map, i).x);",
+           view, result);
     for (int i = 0; i < 4; i++)
         assert_float_equal(result[i], (float)words[i], 0);
     fixture_assert_clean(gpu);
@@ -122,11 +143,13 @@ static void texel_buffer_reads_its_buffer(void **state) {
 static void image_is_written_and_reinterpreted(void **state) {
     uint8_t out[8 * 8 * 4];
     kd_gpu *gpu = *state;
-    fixture_write("i.comp", "layout(local_size_x = 8, local_size_y = 8) in;\n"
-                            "layout(r32ui, binding = 2) uniform writeonly uimage2D map;\n"
-                            "void main() { imageStore(map, ivec2(gl_GlobalInvocationID.xy), uvec4(0x04030201u)); }\n");
+    fixture_write("i.comp",
+                  "layout(local_size_x = 8, local_size_y = 8) in;\n"
+                  "layout(r32ui, binding = 2) uniform writeonly uimage2D map;\n"
+                  "void main() { imageStore(map, ivec2(gl_GlobalInvocationID.xy), uvec4(0x04030201u)); }\n");
     kd_gpu_program program = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/t/i.comp"});
-    kd_gpu_texture map = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA8, .width = 8, .height = 8});
+    kd_gpu_texture map =
+        kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA8, .width = 8, .height = 8});
     kd_gpu_bind_image(gpu, 2, map, 0, KD_IMAGE_WRITE, KD_R32UI);
     kd_gpu_dispatch(gpu, program, 1, 1, 1);
     kd_gpu_read_texture(gpu, map, 0, out, sizeof out);
@@ -146,7 +169,8 @@ static void texture_that_cannot_be_is_named(void **state) {
     desc = (kd_gpu_texture_desc){.format = KD_RGBA8, .width = 4, .height = 4, .levels = 4, .name = "deep"};
     assert_int_equal(kd_gpu_make_texture(gpu, &desc).id, 0);
     assert_true(fixture_logged("texture deep"));
-    desc = (kd_gpu_texture_desc){.kind = KD_TEXTURE_CUBE, .format = KD_RGBA8, .width = 4, .height = 8, .name = "cuboid"};
+    desc = (kd_gpu_texture_desc){
+        .kind = KD_TEXTURE_CUBE, .format = KD_RGBA8, .width = 4, .height = 8, .name = "cuboid"};
     assert_int_equal(kd_gpu_make_texture(gpu, &desc).id, 0);
     assert_true(fixture_logged("texture cuboid"));
 }
