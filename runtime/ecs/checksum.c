@@ -49,18 +49,32 @@ static void add_names(XXH3_state_t *state, const kd_world *w, const ecs_table *t
     }
 }
 
-static void add_table(XXH3_state_t *state, const kd_world *w, const ecs_table *t) {
+/* The archetype's components ordered by name: ids depend on which of them happened to be used first. */
+static uint32_t order_by_name(const kd_world *w, const ecs_archetype *a, kd_component_id *ids)
+{
+    for (uint32_t i = 0; i < a->id_count; i++) {
+        uint32_t at = i;
+        for (; at && strcmp(w->components[ids[at - 1]].desc->name, w->components[a->ids[i]].desc->name) > 0; at--)
+            ids[at] = ids[at - 1];
+        ids[at] = a->ids[i];
+    }
+    return a->id_count;
+}
+
+static void add_table(XXH3_state_t *state, const kd_world *w, const ecs_table *t)
+{
+    kd_component_id ids[ECS_MAX_COMPONENTS];
+    uint32_t count = order_by_name(w, t->archetype, ids);
     add_u32(state, t->depth);
     add_u32(state, t->count);
     XXH3_64bits_update(state, ecs_entities(t), t->count * sizeof(kd_entity));
     add_hierarchy(state, w, t);
     add_names(state, w, t);
-    for (uint32_t i = 0; i < t->archetype->id_count; i++) {
-        kd_component_id id = t->archetype->ids[i];
-        const ecs_component *c = &w->components[id];
+    for (uint32_t i = 0; i < count; i++) {
+        const ecs_component *c = &w->components[ids[i]];
         add_text(state, c->desc->name);
         if (c->size)
-            add_spans(state, c, t->columns[t->column_of[id]].data, t->count);
+            add_spans(state, c, t->columns[t->column_of[ids[i]]].data, t->count);
     }
 }
 

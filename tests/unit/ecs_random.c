@@ -1,0 +1,529 @@
+/* Random programs against a naive model: the same calls on a world and on plain arrays, compared again and again.
+ * KANDIL_SLOW=1 runs more and longer programs. */
+
+#include "tests/unit/ecs_fixture.h"
+
+enum { MOST = 4000, COMPONENTS = 6, NAMES = 12 };
+
+typedef struct byte_value {
+    uint8_t value;
+} byte_value;
+typedef struct wide {
+    double values[5];
+} wide;
+KD_COMPONENT_DEFINE(byte_value, "byte", KD_FIELD(byte_value, value, KD_U32, NULL, "a byte"));
+static const kd_component_desc wide_desc = {.name = "wide", .size = sizeof(wide), .align = _Alignof(wide)};
+
+/* Component k of the model; its value is made from one number. */
+static const kd_component_desc *const kinds[COMPONENTS] = {&position_desc, &health_desc, &byte_value_desc,
+                                                           &wide_desc,     &owner_desc,  &frozen_desc};
+enum { OWNER = 4, TAG = 5 };
+
+typedef union any_value {
+    position p;
+    health h;
+    byte_value b;
+    wide w;
+    owner o;
+} any_value;
+
+static any_value value_from(int kind, int number)
+{
+    any_value v;
+    memset(&v, 0, sizeof v);
+    switch (kind) {
+    case 0:
+        v.p = (position){(float)number, (float)-number, 1};
+        break;
+    case 1:
+        v.h = (health){number, number + 1};
+        break;
+    case 2:
+        v.b = (byte_value){(uint8_t)number};
+        break;
+    case 3:
+        for (int i = 0; i < 5; i++)
+            v.w.values[i] = number * 0.5 + i;
+        break;
+    case OWNER:
+        v.o = (owner){owned(number)};
+        break;
+    default:
+        break;
+    }
+    return v;
+}
+
+static bool value_is(int kind, const void *at, int number)
+{
+    if (kind == TAG)
+        return true;
+    if (kind == OWNER)
+        return *((const owner *)at)->memory == number;
+    any_value v = value_from(kind, number);
+    return memcmp(at, &v, kinds[kind]->size) == 0;
+}
+
+typedef struct model_entity {
+    kd_entity handle;
+    bool alive;
+    uint32_t has;
+    int numbers[COMPONENTS];
+    int parent; /* -1 */
+    int name;   /* 0: none */
+    uint64_t child_order, name_order;
+} model_entity;
+
+typedef struct model {
+    kd_world *w;
+    model_entity e[MOST];
+    int count, alive, owned;
+    uint64_t clock, random;
+    kd_query *queries[8];
+} model;
+
+static const kd_query_desc query_descs[8] = {
+    {{KD_READ(position)}, false, NULL},
+    {{KD_READ(position), KD_READ(health)}, false, NULL},
+    {{KD_READ(health), KD_WITHOUT(frozen)}, true, NULL},
+    {{KD_READ(byte_value), KD_OPTIONAL(position)}, false, NULL},
+    {{KD_ANY(position), KD_ANY(byte_value)}, true, NULL},
+    {{KD_WITH(owner), KD_WITH(frozen)}, false, NULL},
+    {{KD_READ(wide), KD_WITHOUT(position), KD_WITHOUT(byte_value)}, true, NULL},
+    {{{KD_TERM_END, NULL}}, true, NULL},
+};
+
+static bool query_wants(int q, uint32_t has)
+{
+    bool c[COMPONENTS];
+    for (int k = 0; k < COMPONENTS; k++)
+        c[k] = has >> k & 1;
+    switch (q) {
+    case 0:
+        return c[0];
+    case 1:
+        return c[0] && c[1];
+    case 2:
+        return c[1] && !c[5];
+    case 3:
+        return c[2];
+    case 4:
+        return c[0] || c[2];
+    case 5:
+        return c[4] && c[5];
+    case 6:
+        return c[3] && !c[0] && !c[2];
+    default:
+        return true;
+    }
+}
+
+/* ---- the model's own moves ---- */
+static int pick(model *m) { return m->count ? (int)random_below(&m->random, (uint32_t)m->count) : -1; }
+
+static int pick_alive(model *m)
+{
+    for (int tries = 0; m->alive && tries < 50; tries++) {
+        int i = pick(m);
+        if (m->e[i].alive)
+            return i;
+    }
+    return -1;
+}
+
+static void model_drop(model *m, int i)
+{
+    for (int c = 0; c < m->count; c++)
+        if (m->e[c].alive && m->e[c].parent == i)
+            model_drop(m, c);
+    m->owned -= (int)(m->e[i].has >> OWNER & 1);
+    m->e[i].alive = false;
+    m->alive--;
+}
+
+static bool model_is_below(const model *m, int i, int ancestor)
+{
+    for (; i >= 0; i = m->e[i].parent)
+        if (i == ancestor)
+            return true;
+    return false;
+}
+
+static int model_depth(const model *m, int i)
+{
+    int depth = 0;
+    while ((i = m->e[i].parent) >= 0)
+        depth++;
+    return depth;
+}
+
+static model_entity *model_add(model *m, kd_entity handle, uint32_t has)
+{
+    model_entity *e = &m->e[m->count++];
+    *e = (model_entity){.handle = handle, .alive = true, .has = has, .parent = -1};
+    m->alive++;
+    m->owned += (int)(has >> OWNER & 1);
+    return e;
+}
+
+/* ---- operations on both ---- */
+static void op_spawn(model *m)
+{
+    kd_value values[COMPONENTS];
+    any_value storage[COMPONENTS];
+    int numbers[COMPONENTS];
+    uint32_t has = 0, count = 0;
+    uint32_t first = random_below(&m->random, COMPONENTS);
+    for (uint32_t i = 0; i < COMPONENTS; i++) {
+        int k = (int)((first + i) % COMPONENTS); /* the order in which they are given must not matter */
+        if (random_below(&m->random, 2))
+            continue;
+        numbers[k] = (int)random_below(&m->random, 1000);
+        storage[k] = value_from(k, numbers[k]);
+        values[count++] = (kd_value){kinds[k], k == TAG ? NULL : &storage[k]};
+        has |= 1u << k;
+    }
+    kd_entity handle = kd_spawn_values(m->w, values, count);
+    assert_true(kd_alive(m->w, handle));
+    model_entity *e = model_add(m, handle, has);
+    for (int k = 0; k < COMPONENTS; k++)
+        if (has >> k & 1)
+            e->numbers[k] = numbers[k];
+}
+
+static void op_spawn_n(model *m)
+{
+    uint32_t n = random_below(&m->random, 20);
+    position p[20];
+    kd_entity out[20];
+    const kd_component_desc *descs[] = {&frozen_desc, &position_desc, &health_desc};
+    const void *columns[] = {NULL, p, NULL};
+    if (m->count + (int)n >= MOST)
+        return;
+    for (uint32_t i = 0; i < n; i++)
+        p[i] = value_from(0, (int)i * 3).p;
+    assert_int_equal(kd_spawn_n(m->w, n, descs, columns, 3, out), KD_OK);
+    for (uint32_t i = 0; i < n; i++) {
+        model_entity *e = model_add(m, out[i], 1u << 0 | 1u << 1 | 1u << TAG);
+        e->numbers[0] = (int)i * 3;
+        e->numbers[1] = 100;
+        kd_set(m->w, out[i], health, {100, 101}); /* value_from(1, 100) */
+    }
+}
+
+static void op_destroy(model *m)
+{
+    int i = pick(m); /* dead ones too: nothing may happen */
+    if (i < 0)
+        return;
+    kd_destroy(m->w, m->e[i].handle);
+    if (m->e[i].alive)
+        model_drop(m, i);
+}
+
+static void op_set(model *m)
+{
+    int i = pick(m), k = (int)random_below(&m->random, COMPONENTS), number = (int)random_below(&m->random, 1000);
+    if (i < 0)
+        return;
+    model_entity *e = &m->e[i];
+    if (!e->alive && k == OWNER)
+        return; /* the caller keeps what a refused value owns */
+    any_value v = value_from(k, number);
+    kd_status status = kd_set_value(m->w, e->handle, (kd_value){kinds[k], k == TAG ? NULL : &v});
+    assert_int_equal(status, e->alive ? KD_OK : KD_NOT_FOUND);
+    if (!e->alive)
+        return;
+    m->owned += k == OWNER && !(e->has >> OWNER & 1);
+    e->has |= 1u << k;
+    e->numbers[k] = number;
+}
+
+static void op_remove(model *m)
+{
+    int i = pick(m), k = (int)random_below(&m->random, COMPONENTS);
+    if (i < 0)
+        return;
+    kd_remove_id(m->w, m->e[i].handle, kd_component_ensure(m->w, kinds[k]));
+    if (m->e[i].alive) {
+        m->owned -= k == OWNER && (m->e[i].has >> OWNER & 1);
+        m->e[i].has &= ~(1u << k);
+    }
+}
+
+static void op_write(model *m)
+{
+    int i = pick(m);
+    health *h = i < 0 ? NULL : kd_find_mut(m->w, m->e[i].handle, health);
+    if (i < 0)
+        return;
+    assert_int_equal(h != NULL, m->e[i].alive && (m->e[i].has >> 1 & 1));
+    if (h) {
+        h->now++;
+        h->most++;
+        m->e[i].numbers[1]++;
+    }
+}
+
+static void op_parent(model *m)
+{
+    int child = pick(m), parent = random_below(&m->random, 4) ? pick(m) : -1;
+    if (child < 0)
+        return;
+    kd_entity to = parent < 0 ? KD_NO_ENTITY : m->e[parent].handle;
+    kd_status status = kd_set_parent(m->w, m->e[child].handle, to), expected = KD_OK;
+    if (!m->e[child].alive || (parent >= 0 && !m->e[parent].alive))
+        expected = KD_NOT_FOUND;
+    else if (parent >= 0 && model_is_below(m, parent, child))
+        expected = KD_OUT_OF_RANGE;
+    assert_int_equal(status, expected);
+    if (status)
+        return;
+    m->e[child].parent = parent;
+    m->e[child].child_order = ++m->clock;
+}
+
+static const char *name_text(int name)
+{
+    static char text[16];
+    snprintf(text, sizeof text, "name%d", name);
+    return name ? text : "";
+}
+
+static void op_name(model *m)
+{
+    int i = pick_alive(m), name = (int)random_below(&m->random, NAMES);
+    if (i < 0)
+        return;
+    assert_int_equal(kd_set_name(m->w, m->e[i].handle, name_text(name)), KD_OK);
+    if (m->e[i].name != name)
+        m->e[i].name_order = ++m->clock;
+    m->e[i].name = name;
+}
+
+/* The same changes through a command buffer, merged at once. */
+static void op_commands(model *m)
+{
+    kd_commands *c = kd_world_commands(m->w, random_below(&m->random, KD_MAX_WORKERS));
+    int number = (int)random_below(&m->random, 1000), i = pick(m), doomed = pick(m);
+    any_value v = value_from(0, number);
+    kd_entity made = kd_commands_spawn(c, &(kd_value){&position_desc, &v}, 1);
+    if (doomed >= 0)
+        kd_commands_destroy(c, m->e[doomed].handle);
+    if (i >= 0)
+        kd_commands_set(c, m->e[i].handle, (kd_value){&position_desc, &v});
+    assert_int_equal(kd_world_merge(m->w), KD_OK);
+    model_add(m, kd_entity_resolve(m->w, made), 1u << 0)->numbers[0] = number;
+    if (doomed >= 0 && m->e[doomed].alive)
+        model_drop(m, doomed);
+    if (i >= 0 && m->e[i].alive) {
+        m->e[i].has |= 1u << 0;
+        m->e[i].numbers[0] = number;
+    }
+}
+
+/* ---- comparison ---- */
+static void check_entity(const model *m, int i)
+{
+    const model_entity *e = &m->e[i];
+    assert_int_equal(kd_alive(m->w, e->handle), e->alive);
+    for (int k = 0; k < COMPONENTS; k++) {
+        const void *at = kd_find_id(m->w, e->handle, kd_component_ensure(m->w, kinds[k]));
+        assert_int_equal(at != NULL, e->alive && (e->has >> k & 1));
+        if (at && k != OWNER)
+            assert_true(value_is(k, at, e->numbers[k]));
+        else if (at)
+            assert_int_equal(*((const owner *)at)->memory, e->numbers[k]);
+    }
+    if (!e->alive)
+        return;
+    assert_string_equal(kd_get_name(m->w, e->handle), name_text(e->name));
+    assert_entity(kd_get_parent(m->w, e->handle), e->parent < 0 ? KD_NO_ENTITY : m->e[e->parent].handle);
+    assert_int_equal(kd_get_depth(m->w, e->handle), model_depth(m, i));
+}
+
+static void check_children(const model *m, int i)
+{
+    uint64_t after = 0;
+    kd_entity child = kd_first_child(m->w, m->e[i].handle);
+    for (;; child = kd_next_sibling(m->w, child)) {
+        int next = -1; /* the child that came next after `after` */
+        for (int c = 0; c < m->count; c++)
+            if (m->e[c].alive && m->e[c].parent == i && m->e[c].child_order > after &&
+                (next < 0 || m->e[c].child_order < m->e[next].child_order))
+                next = c;
+        assert_entity(child, next < 0 ? KD_NO_ENTITY : m->e[next].handle);
+        if (next < 0)
+            return;
+        after = m->e[next].child_order;
+    }
+}
+
+static void check_names(const model *m)
+{
+    for (int name = 1; name < NAMES; name++) {
+        int first = -1;
+        for (int i = 0; i < m->count; i++)
+            if (m->e[i].alive && m->e[i].name == name && (first < 0 || m->e[i].name_order < m->e[first].name_order))
+                first = i;
+        assert_entity(kd_find_named(m->w, name_text(name)), first < 0 ? KD_NO_ENTITY : m->e[first].handle);
+    }
+}
+
+static void check_query(const model *m, int q)
+{
+    uint32_t expected = 0, rows = 0, depth = 0;
+    uint64_t expected_sum = 0, sum = 0;
+    for (int i = 0; i < m->count; i++)
+        if (m->e[i].alive && query_wants(q, m->e[i].has)) {
+            expected++;
+            expected_sum += (uint64_t)m->e[i].handle.index * 31 + m->e[i].handle.generation;
+        }
+    for (kd_iter it = kd_query_iter(m->queries[q]); kd_iter_next(&it); rows += it.count)
+        for (uint32_t i = 0; i < it.count; i++) {
+            sum += (uint64_t)it.entities[i].index * 31 + it.entities[i].generation;
+            uint32_t d = kd_get_depth(m->w, it.entities[i]);
+            assert_true(!query_descs[q].by_depth || d >= depth);
+            depth = d;
+        }
+    assert_int_equal(rows, expected);
+    assert_int_equal(kd_query_count(m->queries[q]), expected);
+    assert_true(sum == expected_sum);
+}
+
+static void check_all(const model *m)
+{
+    assert_int_equal(kd_entity_count(m->w), m->alive);
+    for (int i = 0; i < m->count; i++)
+        check_entity(m, i);
+    for (int i = 0; i < m->count; i += 7)
+        if (m->e[i].alive)
+            check_children(m, i);
+    check_names(m);
+    for (int q = 0; q < 8; q++)
+        check_query(m, q);
+}
+
+static void step(model *m)
+{
+    static void (*const ops[])(model *) = {op_spawn,  op_spawn, op_spawn_n, op_destroy, op_set,  op_set,
+                                           op_remove, op_write, op_parent,  op_parent,  op_name, op_commands};
+    uint32_t op = random_below(&m->random, m->alive > 250 ? 24 : 12);
+    if (op >= 12)
+        op = 3; /* enough of them: destroy more */
+    if (m->count < MOST - 30)
+        ops[op](m);
+}
+
+/* Run a program of `steps` operations; returns the checksum of the world at its end. */
+static uint64_t run_program(uint64_t seed, int steps, int check_every)
+{
+    static model m;
+    memset(&m, 0, sizeof m);
+    m.random = seed * 0x9e3779b97f4a7c15u + 1;
+    m.w = kd_world_make();
+    assert_non_null(m.w);
+    owner_releases = 0;
+    for (int q = 0; q < 8; q += 2)
+        m.queries[q] = kd_query_make(m.w, &query_descs[q]);
+    for (int i = 0; i < steps; i++) {
+        step(&m);
+        if (i == steps / 2)
+            for (int q = 1; q < 8; q += 2)
+                m.queries[q] = kd_query_make(m.w, &query_descs[q]);
+        if (check_every && i >= steps / 2 && i % check_every == 0)
+            check_all(&m);
+    }
+    if (check_every)
+        check_all(&m);
+    uint64_t checksum = kd_world_checksum(m.w);
+    int releases = owner_releases, left = m.owned;
+    kd_world_destroy(m.w);
+    assert_int_equal(owner_releases - releases, left);
+    return checksum;
+}
+
+static bool slow(void) { return getenv("KANDIL_SLOW") && *getenv("KANDIL_SLOW") == '1'; }
+
+static void random_programs_agree_with_the_model(void **state)
+{
+    (void)state;
+    uint64_t seeds = slow() ? 5000 : 400;
+    for (uint64_t seed = 1; seed <= seeds; seed++)
+        run_program(seed, 3000, slow() ? 100 : 300);
+}
+
+static void random_programs_repeat_exactly(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 40; seed++)
+        assert_true(run_program(seed, 2000, 0) == run_program(seed, 2000, 0));
+    assert_true(run_program(1, 2000, 0) != run_program(2, 2000, 0));
+}
+
+/* Memory runs out at every possible moment in turn: calls fail, nothing breaks, and what lives can still be read. */
+static void programs_survive_without_memory(void **state)
+{
+    (void)state;
+    kd_log_set_sink(silent, NULL);
+    for (uint32_t round = 0; round < (slow() ? 3000u : 300u); round++) {
+        kd_world *w = kd_world_make();
+        uint64_t random = round + 1;
+        kd_entity e[64] = {{0}};
+        kd_world_limit_bytes(w, kd_world_bytes(w) + round * 96);
+        for (int i = 0; i < 400; i++) {
+            kd_entity *one = &e[random_below(&random, 64)], *two = &e[random_below(&random, 64)];
+            kd_commands *c = kd_world_commands(w, i % 3 ? 0 : 1);
+            switch (random_below(&random, 10)) {
+            case 0:
+            case 1:
+                *one = kd_spawn(w, KD_VAL(position, {1, 2, 3}), KD_TAG(health));
+                break;
+            case 2:
+                kd_set(w, *one, velocity, {1, 2, 3});
+                break;
+            case 3:
+                kd_remove(w, *one, position);
+                break;
+            case 4:
+                kd_set_parent(w, *one, *two);
+                break;
+            case 5:
+                kd_set_name(w, *one, name_text(i % 40 + 1));
+                break;
+            case 6:
+                kd_commands_spawn(c, (kd_value[]){KD_VAL(bond, {*one, 1})}, 1);
+                break;
+            case 7:
+                kd_query_make(w, &query_descs[i % 8]);
+                break;
+            case 8:
+                (void)kd_singleton(w, health);
+                kd_world_merge(w);
+                break;
+            default:
+                kd_destroy(w, *one);
+            }
+        }
+        uint32_t living = 0, rows = 0;
+        kd_world_limit_bytes(w, 0);
+        kd_query *q = kd_query_make(w, &(kd_query_desc){0});
+        for (kd_iter it = kd_query_iter(q); kd_iter_next(&it); rows += it.count)
+            for (uint32_t i = 0; i < it.count; i++)
+                living += kd_alive(w, it.entities[i]);
+        assert_int_equal(rows, kd_entity_count(w));
+        assert_int_equal(living, rows);
+        kd_world_destroy(w);
+    }
+    kd_log_set_sink(NULL, NULL);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_programs_agree_with_the_model),
+        cmocka_unit_test(random_programs_repeat_exactly),
+        cmocka_unit_test(programs_survive_without_memory),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
