@@ -1,7 +1,8 @@
 #ifndef ECS_FIXTURE_H
 #define ECS_FIXTURE_H
 
-/* What the tests of the ECS share: cmocka, a few components, and one that owns memory and counts its releases. */
+/* What the tests of the ECS share: cmocka, a few components, and one that owns memory and counts its
+ * releases. */
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -42,8 +43,8 @@ typedef struct frozen {
     int unused;
 } frozen;
 
-KD_COMPONENT_DEFINE(position, "position", KD_FIELD(position, x, KD_F32, "m", "x"), KD_FIELD(position, y, KD_F32, "m", "y"),
-                    KD_FIELD(position, z, KD_F32, "m", "z"));
+KD_COMPONENT_DEFINE(position, "position", KD_FIELD(position, x, KD_F32, "m", "x"),
+                    KD_FIELD(position, y, KD_F32, "m", "y"), KD_FIELD(position, z, KD_F32, "m", "z"));
 KD_COMPONENT_DEFINE(velocity, "velocity", KD_FIELD(velocity, x, KD_F32, "m/s", "x"),
                     KD_FIELD(velocity, y, KD_F32, "m/s", "y"), KD_FIELD(velocity, z, KD_F32, "m/s", "z"));
 static const health health_default = {100, 100};
@@ -57,20 +58,16 @@ KD_COMPONENT_DEFINE(padded, "padded", KD_FIELD(padded, flag, KD_BOOL, NULL, "on"
 KD_TAG_DEFINE(frozen, "frozen");
 
 static int owner_releases;
-static void owner_release(void *value, void *user)
-{
+static void owner_release(void *value, void *user) {
     owner *o = value;
     (void)user;
     free(o->memory);
     owner_releases++;
 }
-static const kd_component_desc owner_desc = {.name = "owner",
-                                             .size = sizeof(owner),
-                                             .align = _Alignof(owner),
-                                             .on_remove = owner_release};
+static const kd_component_desc owner_desc = {
+    .name = "owner", .size = sizeof(owner), .align = _Alignof(owner), .on_remove = owner_release};
 
-static inline int *owned(int value)
-{
+static inline int *owned(int value) {
     int *memory = malloc(sizeof *memory);
     assert_non_null(memory);
     *memory = value;
@@ -81,17 +78,17 @@ static inline int *owned(int value)
 #define assert_entity(a, b) assert_true(kd_entity_equal((a), (b)))
 
 /* xorshift64*: the same numbers everywhere. */
-static inline uint32_t random_u32(uint64_t *state)
-{
+static inline uint32_t random_u32(uint64_t *state) {
     *state ^= *state >> 12;
     *state ^= *state << 25;
     *state ^= *state >> 27;
     return (uint32_t)(*state * 2685821657736338717u >> 32);
 }
-static inline uint32_t random_below(uint64_t *state, uint32_t n) { return random_u32(state) % n; }
+static inline uint32_t random_below(uint64_t *state, uint32_t n) {
+    return random_u32(state) % n;
+}
 
-static inline void silent(void *user, kd_log_level level, const char *text)
-{
+static inline void silent(void *user, kd_log_level level, const char *text) {
     (void)user, (void)level, (void)text;
 }
 
