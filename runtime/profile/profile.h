@@ -1,0 +1,68 @@
+#ifndef KD_PROFILE_PROFILE_H
+#define KD_PROFILE_PROFILE_H
+
+/* Statistics of a run, system by system.
+ *
+ * Every system is a zone on a CPU clock; one that records GPU work has GPU times besides, fed when they arrive, and then
+ * reports those. CPU time is a system's own: what its worker did for others while it waited is not counted. */
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+struct kd_json;
+
+typedef struct kd_profile kd_profile;
+
+typedef struct kd_profile_system {
+    const char *name;  /* copied */
+    const char *phase; /* static text */
+    bool gpu;          /* runs on the GPU lane */
+} kd_profile_system;
+
+/** Make a profile of these systems. Returns NULL when memory is out. */
+kd_profile *kd_profile_make(const kd_profile_system *systems, uint32_t count);
+void kd_profile_destroy(kd_profile *p);
+
+/** Say how GPU times were taken ("timestamps", "finish after each pass"); the table repeats it. The text is copied. */
+void kd_profile_set_clock(kd_profile *p, const char *text);
+
+/* ---- measuring ---- */
+
+/** Begin and end a frame. Threading: the thread that makes frames, while no system runs. Cost: allocates nothing unless
+ *  the samples outgrow their buffers, which double. */
+void kd_profile_frame_begin(kd_profile *p);
+void kd_profile_frame_end(kd_profile *p);
+
+/** Begin and end a system on a worker; zones of one worker nest. `profile` is a kd_profile: the type lets both serve as
+ *  hooks of a schedule. Threading: any worker, one at a time for each system. */
+void kd_profile_begin(void *profile, uint32_t system, uint32_t worker);
+void kd_profile_end(void *profile, uint32_t system, uint32_t worker);
+
+/** Feed one GPU time of a system, of this frame or an earlier one. Threading: as frame_begin, or the GPU lane. */
+void kd_profile_gpu(kd_profile *p, uint32_t system, uint64_t ns);
+/** Feed how much memory the last run of a system moved. */
+void kd_profile_bytes(kd_profile *p, uint32_t system, uint64_t bytes);
+
+/* ---- results ---- */
+
+typedef struct kd_profile_stats {
+    double median_ms; /* of an even number of samples: between the two in the middle */
+    double p95_ms;    /* smallest sample that is not exceeded by 95 of 100 */
+    double max_ms, total_ms;
+    uint64_t runs;
+    uint64_t bytes;
+} kd_profile_stats;
+
+/* Median and p95 are of the latest KD_PROFILE_SAMPLES runs, the others of all. */
+#define KD_PROFILE_SAMPLES 65536u
+
+kd_profile_stats kd_profile_system_stats(const kd_profile *p, uint32_t system);
+kd_profile_stats kd_profile_frame_stats(const kd_profile *p);
+
+/** Write the table: systems in order, a line for the whole frame, how it was measured. */
+void kd_profile_write_table(const kd_profile *p, FILE *out);
+/** Write the members "frame_ms" and "systems" into the object that is open in `json`. */
+void kd_profile_write_json(const kd_profile *p, struct kd_json *json);
+
+#endif

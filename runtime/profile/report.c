@@ -1,0 +1,85 @@
+/* The profile as a table for people and as JSON for programs. */
+#include <string.h>
+
+#include "runtime/core/json.h"
+#include "runtime/profile/internal.h"
+#include "runtime/profile/profile.h"
+
+static int name_width(const kd_profile *p)
+{
+    size_t width = strlen("system");
+    for (uint32_t i = 0; i < profile_system_count(p); i++) {
+        size_t length = strlen(profile_system(p, i).name);
+        width = length > width ? length : width;
+    }
+    return (int)width;
+}
+
+/* The share is of the sum over all frames: what runs once in a hundred frames counts as much as it costs. A GPU system
+ * and a CPU system may run at the same time, so shares can add up to more than 100. */
+static void write_row(FILE *out, int width, const kd_profile_system *system, const kd_profile_stats *stats,
+                      double all_frames_ms)
+{
+    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %5.1f %%  %8.2f  %6llu\n", width, system->name, system->phase,
+            system->gpu ? "gpu" : "cpu", stats->median_ms, stats->p95_ms, stats->max_ms,
+            all_frames_ms > 0 ? 100 * stats->total_ms / all_frames_ms : 0.0, (double)stats->bytes * 1e-6,
+            (unsigned long long)stats->runs);
+}
+
+void kd_profile_write_table(const kd_profile *p, FILE *out)
+{
+    int width = name_width(p);
+    kd_profile_stats frame = kd_profile_frame_stats(p);
+    fprintf(out, "%-*s  %-15s  %-5s  %9s  %9s  %9s  %7s  %8s  %6s\n", width, "system", "phase", "where", "median ms",
+            "p95 ms", "max ms", "share", "MB moved", "runs");
+    for (uint32_t i = 0; i < profile_system_count(p); i++) {
+        kd_profile_system system = profile_system(p, i);
+        kd_profile_stats stats = kd_profile_system_stats(p, i);
+        if (stats.runs)
+            write_row(out, width, &system, &stats, frame.total_ms);
+    }
+    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %7s  %8.2f  %6llu\n", width, "frame", "", "", frame.median_ms,
+            frame.p95_ms, frame.max_ms, "", (double)frame.bytes * 1e-6, (unsigned long long)frame.runs);
+    fprintf(out, "GPU systems by: %s\n", profile_clock(p));
+}
+
+static void write_times(kd_json *json, const kd_profile_stats *stats, const char *const keys[3])
+{
+    const double values[3] = {stats->median_ms, stats->p95_ms, stats->max_ms};
+    for (int i = 0; i < 3; i++) {
+        kd_json_key(json, keys[i]);
+        kd_json_double(json, values[i]);
+    }
+}
+
+static void write_system(kd_json *json, const kd_profile_system *system, const kd_profile_stats *stats)
+{
+    kd_json_object_begin(json);
+    kd_json_key(json, "name");
+    kd_json_string(json, system->name);
+    kd_json_key(json, "phase");
+    kd_json_string(json, system->phase);
+    kd_json_key(json, "where");
+    kd_json_string(json, system->gpu ? "gpu" : "cpu");
+    write_times(json, stats, (const char *const[]){"median_ms", "p95_ms", "max_ms"});
+    kd_json_key(json, "bytes");
+    kd_json_uint(json, stats->bytes);
+    kd_json_object_end(json);
+}
+
+void kd_profile_write_json(const kd_profile *p, kd_json *json)
+{
+    kd_profile_stats frame = kd_profile_frame_stats(p);
+    kd_json_key(json, "frame_ms");
+    kd_json_object_begin(json);
+    write_times(json, &frame, (const char *const[]){"median", "p95", "max"});
+    kd_json_object_end(json);
+    kd_json_key(json, "systems");
+    kd_json_array_begin(json);
+    for (uint32_t i = 0; i < profile_system_count(p); i++) {
+        kd_profile_system system = profile_system(p, i);
+        kd_profile_stats stats = kd_profile_system_stats(p, i);
+        write_system(json, &system, &stats);
+    }
+    kd_json_array_end(json);
+}
