@@ -1,0 +1,296 @@
+#include "runtime/app/capture.h"
+
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "components/frame.h"
+#include "components/render_targets.h"
+#include "runtime/app/child.h"
+#include "runtime/app/film.h"
+#include "runtime/app/image_write.h"
+#include "runtime/core/file.h"
+#include "runtime/core/log.h"
+
+#define RING_DEPTH 3
+
+/* A picture being encoded by a worker. */
+typedef struct slot {
+    kd_job_counter counter;
+    app_capture *capture;
+    void *texels;
+    char path[KD_PATH_MAX];
+    bool hdr;
+} slot;
+
+struct app_capture {
+    const app_options *options;
+    kd_world *world;
+    kd_gpu *gpu;
+    kd_jobs *jobs;
+    uint32_t width, height;
+    kd_gpu_readback rings[2]; /* [0] sRGB bytes, [1] linear halfs; id 0 when no output wants every frame of it */
+    app_film *films;          /* [option output], unused entries zero */
+    slot *slots;
+    uint32_t slot_count, next_slot;
+    kd_status status;             /* of the lane */
+    _Atomic(int) encode_status;   /* first failure of a worker */
+};
+
+static size_t texel_bytes(bool hdr)
+{
+    return hdr ? 8 : 4;
+}
+
+static size_t picture_bytes(const app_capture *c, bool hdr)
+{
+    return (size_t)c->width * c->height * texel_bytes(hdr);
+}
+
+/* ---- before the work ---- */
+
+/* The longest name that a pattern gives, or the path itself. */
+static kd_status numbered_path(const app_output *output, uint64_t frame, char out[KD_PATH_MAX])
+{
+    const char *percent = strchr(output->path, '%');
+    if (output->kind == APP_OUTPUT_FILM || !percent) {
+        snprintf(out, KD_PATH_MAX, "%s", output->path);
+        return KD_OK;
+    }
+    const char *p = percent + 1;
+    int zero = *p == '0', digits = 0;
+    p += zero;
+    if (*p >= '0' && *p <= '9')
+        digits = *p++ - '0';
+    int written = snprintf(out, KD_PATH_MAX, zero ? "%.*s%0*llu%s" : "%.*s%*llu%s", (int)(percent - output->path), output->path, digits,
+                           (unsigned long long)frame, p + 1);
+    return written < KD_PATH_MAX ? KD_OK : kd_fail(KD_OUT_OF_RANGE, "%.64s…: the path is too long; shorten it", output->path);
+}
+
+kd_status app_capture_check(const app_options *options)
+{
+    char path[KD_PATH_MAX];
+    for (uint32_t i = 0; i < options->output_count; i++) {
+        kd_file_out probe;
+        kd_status status = numbered_path(&options->outputs[i], 0, path);
+        if (status == KD_OK)
+            status = kd_file_out_open(&probe, path);
+        if (status != KD_OK)
+            return status;
+        kd_file_out_cancel(&probe);
+        if (options->outputs[i].kind == APP_OUTPUT_FILM && !app_find_program("ffmpeg", path, sizeof path))
+            return kd_fail(KD_NOT_FOUND, "%s: ffmpeg was not found in PATH; install it, or write %%04d.png files",
+                           options->outputs[i].path);
+    }
+    return KD_OK;
+}
+
+static bool wants_every(const app_options *options, bool hdr)
+{
+    for (uint32_t i = 0; i < options->output_count; i++)
+        if (options->outputs[i].every_frame && (options->outputs[i].kind == APP_OUTPUT_EXR) == hdr)
+            return true;
+    return false;
+}
+
+static kd_status open_films(app_capture *c, double fps)
+{
+    kd_status status = KD_OK;
+    for (uint32_t i = 0; i < c->options->output_count && status == KD_OK; i++)
+        if (c->options->outputs[i].kind == APP_OUTPUT_FILM)
+            status = app_film_open(&c->films[i], c->options->outputs[i].path, c->width, c->height, fps);
+    return status;
+}
+
+kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu, kd_jobs *jobs, uint32_t width, uint32_t height,
+                           double fps, app_capture **out)
+{
+    app_capture *c = calloc(1, sizeof *c);
+    *out = c;
+    if (!c)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    *c = (app_capture){.options = options, .world = w, .gpu = gpu, .jobs = jobs, .width = width, .height = height};
+    c->slot_count = kd_jobs_threads(jobs) + 1;
+    c->films = calloc(options->output_count + 1, sizeof *c->films);
+    c->slots = calloc(c->slot_count, sizeof *c->slots);
+    if (!c->films || !c->slots)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    for (int hdr = 0; hdr < 2; hdr++) {
+        if (!wants_every(options, hdr))
+            continue;
+        c->rings[hdr] = kd_gpu_make_readback(gpu, picture_bytes(c, hdr), RING_DEPTH, hdr ? "capture hdr" : "capture");
+        if (!c->rings[hdr].id)
+            return KD_GPU;
+    }
+    return open_films(c, fps);
+}
+
+/* ---- one frame's texels to files ---- */
+
+static void note(app_capture *c, kd_status status)
+{
+    if (c->status == KD_OK)
+        c->status = status;
+}
+
+static void encode(void *user, uint32_t worker)
+{
+    (void)worker;
+    slot *s = user;
+    app_capture *c = s->capture;
+    kd_status status = s->hdr ? app_exr_write(s->path, c->width, c->height, s->texels)
+                              : app_png_write(s->path, c->width, c->height, s->texels);
+    int none = KD_OK;
+    if (status != KD_OK)
+        atomic_compare_exchange_strong(&c->encode_status, &none, (int)status);
+}
+
+/* Hand a copy of the texels to a worker; waits when all slots are busy. */
+static kd_status queue_picture(app_capture *c, const app_output *output, const void *texels, uint64_t frame, bool hdr)
+{
+    slot *s = &c->slots[c->next_slot++ % c->slot_count];
+    kd_jobs_wait(c->jobs, &s->counter);
+    if (!s->texels)
+        s->texels = malloc(picture_bytes(c, wants_every(c->options, true)));
+    if (!s->texels)
+        return kd_fail(KD_NO_MEMORY, "%s: no memory for a picture of %ux%u; choose a smaller size", output->path, c->width, c->height);
+    memcpy(s->texels, texels, picture_bytes(c, hdr));
+    s->capture = c;
+    s->hdr = hdr;
+    kd_status status = numbered_path(output, frame, s->path);
+    if (status == KD_OK)
+        kd_jobs_run(c->jobs, encode, s, &s->counter);
+    return status;
+}
+
+static void store_frame(app_capture *c, const void *texels, uint64_t frame, bool hdr)
+{
+    for (uint32_t i = 0; i < c->options->output_count && app_capture_status(c) == KD_OK; i++) {
+        const app_output *output = &c->options->outputs[i];
+        if (!output->every_frame || (output->kind == APP_OUTPUT_EXR) != hdr)
+            continue;
+        if (output->kind == APP_OUTPUT_FILM)
+            note(c, app_film_write(&c->films[i], texels));
+        else
+            note(c, queue_picture(c, output, texels, frame, hdr));
+    }
+}
+
+/* Take what has come back; with `wait`, one at least. Returns false when nothing was under way. */
+static bool take(app_capture *c, bool hdr, bool wait)
+{
+    uint64_t frame;
+    size_t size;
+    const void *texels = kd_gpu_readback_poll(c->gpu, c->rings[hdr], wait, &frame, &size);
+    if (texels)
+        store_frame(c, texels, frame, hdr);
+    return texels != NULL;
+}
+
+static void queue_copy(app_capture *c, kd_gpu_texture from, uint64_t frame, bool hdr)
+{
+    kd_status status;
+    while (take(c, hdr, false))
+        ;
+    /* All areas in flight: the disk or the encoder is slower than the picture, so wait for the oldest. */
+    while ((status = kd_gpu_readback_texture(c->gpu, c->rings[hdr], from, 0, frame)) == KD_OUT_OF_RANGE)
+        if (!take(c, hdr, true))
+            break;
+    note(c, status);
+}
+
+static void run(kd_system_context *context)
+{
+    app_capture *c = context->user;
+    const kd_picture *picture = kd_singleton(context->world, kd_picture);
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    if (c->rings[0].id && app_capture_status(c) == KD_OK)
+        queue_copy(c, picture->ldr, frame->index, false);
+    if (c->rings[1].id && app_capture_status(c) == KD_OK)
+        queue_copy(c, picture->hdr, frame->index, true);
+}
+
+kd_status app_capture_import(app_capture *capture, kd_schedule *s)
+{
+    return kd_schedule_add(s, &(kd_system_desc){
+                                  .name = "capture",
+                                  .phase = KD_PHASE_CAPTURE,
+                                  .where = KD_ON_GPU,
+                                  .components = {KD_USES(kd_picture), KD_USES(kd_frame)},
+                                  .resources = {{"picture", KD_USE_COPY_READ}},
+                                  .run = run,
+                                  .user = capture,
+                              });
+}
+
+/* ---- the end ---- */
+
+kd_status app_capture_status(const app_capture *capture)
+{
+    if (capture->status != KD_OK)
+        return capture->status;
+    return (kd_status)atomic_load(&capture->encode_status);
+}
+
+static kd_status write_last(app_capture *c, bool hdr)
+{
+    kd_status status = KD_OK;
+    const kd_picture *picture = kd_singleton(c->world, kd_picture);
+    void *texels = NULL;
+    for (uint32_t i = 0; i < c->options->output_count && status == KD_OK; i++) {
+        const app_output *output = &c->options->outputs[i];
+        if (output->every_frame || (output->kind == APP_OUTPUT_EXR) != hdr)
+            continue;
+        if (!texels && !(texels = malloc(picture_bytes(c, hdr)))) {
+            status = kd_fail(KD_NO_MEMORY, "%s: no memory for a picture of %ux%u; choose a smaller size", output->path, c->width, c->height);
+            break;
+        }
+        kd_gpu_barrier(c->gpu, KD_BARRIER_TEXTURE_UPDATE);
+        kd_gpu_read_texture(c->gpu, hdr ? picture->hdr : picture->ldr, 0, texels, picture_bytes(c, hdr));
+        if (kd_gpu_failed(c->gpu))
+            status = KD_GPU;
+        else
+            status = hdr ? app_exr_write(output->path, c->width, c->height, texels) : app_png_write(output->path, c->width, c->height, texels);
+    }
+    free(texels);
+    return status;
+}
+
+kd_status app_capture_finish(app_capture *c, bool last)
+{
+    for (int hdr = 0; hdr < 2; hdr++)
+        while (c->rings[hdr].id && take(c, hdr, true))
+            ;
+    for (uint32_t i = 0; i < c->slot_count; i++)
+        kd_jobs_wait(c->jobs, &c->slots[i].counter);
+    kd_status status = app_capture_status(c);
+    for (uint32_t i = 0; i < c->options->output_count; i++) {
+        kd_status closed = c->options->outputs[i].kind == APP_OUTPUT_FILM ? app_film_close(&c->films[i]) : KD_OK;
+        status = status == KD_OK ? closed : status;
+    }
+    for (int hdr = 0; hdr < 2 && last; hdr++)
+        status = status == KD_OK ? write_last(c, hdr) : status;
+    return status;
+}
+
+void app_capture_close(app_capture *c)
+{
+    if (!c)
+        return;
+    for (uint32_t i = 0; c->slots && i < c->slot_count; i++) {
+        kd_jobs_wait(c->jobs, &c->slots[i].counter);
+        free(c->slots[i].texels);
+    }
+    for (uint32_t i = 0; c->films && i < c->options->output_count; i++) {
+        if (c->films[i].child.pid > 0)
+            c->films[i].frames = 0; /* an unfinished film is no film */
+        app_film_close(&c->films[i]);
+    }
+    for (int hdr = 0; hdr < 2; hdr++)
+        if (c->rings[hdr].id)
+            kd_gpu_destroy_readback(c->gpu, c->rings[hdr]);
+    free(c->films);
+    free(c->slots);
+    free(c);
+}

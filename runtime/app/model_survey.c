@@ -1,0 +1,168 @@
+/* Rays from inside a model tell what it is. In a room they meet surfaces that face the viewer; inside a solid they meet
+ * the backs of its surfaces. */
+#include "runtime/app/model_survey.h"
+
+#include <float.h>
+#include <stdlib.h>
+
+#include "runtime/core/log.h"
+
+#define HALL_MIN_EXTENT_M 10
+#define EYE_HEIGHT_M      1.7f
+#define FAR               FLT_MAX
+
+typedef struct soup {
+    kd_vec3 *corners; /* three a triangle, model space */
+    size_t triangle_count;
+} soup;
+
+typedef struct hit {
+    float distance; /* FAR: none */
+    bool faces_us;
+} hit;
+
+/* ---- triangles ---- */
+
+static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 *to_model)
+{
+    for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
+        kd_vec3 *corner = s->corners + s->triangle_count++ * 3;
+        for (uint32_t k = 0; k < 3; k++)
+            corner[k] = kd_mat4_point(to_model, p->positions[p->indices[i + k]]);
+    }
+}
+
+static size_t count_triangles(const kd_model *model)
+{
+    size_t count = 0;
+    for (uint32_t n = 0; n < model->node_count; n++) {
+        if (model->nodes[n].mesh == KD_NONE)
+            continue;
+        const kd_mesh_desc *mesh = &model->meshes[model->nodes[n].mesh];
+        for (uint32_t i = 0; i < mesh->primitive_count; i++)
+            count += mesh->primitives[i].index_count / 3;
+    }
+    return count;
+}
+
+/* Gather all triangles. Errors NO_MEMORY; the caller frees s->corners. */
+static kd_status gather(const kd_model *model, soup *s)
+{
+    size_t count = count_triangles(model);
+    kd_mat4 *matrices = malloc((model->node_count + 1) * sizeof *matrices);
+    *s = (soup){.corners = malloc((count * 3 + 1) * sizeof *s->corners)};
+    if (!matrices || !s->corners) {
+        free(matrices);
+        free(s->corners);
+        s->corners = NULL;
+        return kd_fail(KD_NO_MEMORY, "%s: out of memory", model->path);
+    }
+    for (uint32_t n = 0; n < model->node_count; n++) {
+        const kd_node_desc *node = &model->nodes[n];
+        matrices[n] = node->has_matrix ? node->matrix : kd_mat4_from_trs(node->translation, node->rotation, node->scale);
+        if (node->parent != KD_NONE)
+            matrices[n] = kd_mat4_mul(&matrices[node->parent], &matrices[n]);
+        for (uint32_t i = 0; node->mesh != KD_NONE && i < model->meshes[node->mesh].primitive_count; i++)
+            append_primitive(s, &model->meshes[node->mesh].primitives[i], &matrices[n]);
+    }
+    free(matrices);
+    return KD_OK;
+}
+
+/* ---- rays; Source  Moeller and Trumbore 1997, Fast, Minimum Storage Ray/Triangle Intersection ---- */
+
+static hit cast(const soup *s, kd_vec3 from, kd_vec3 along)
+{
+    hit nearest = {FAR, false};
+    for (size_t i = 0; i < s->triangle_count; i++) {
+        const kd_vec3 *c = s->corners + i * 3;
+        kd_vec3 e1 = kd_vec3_sub(c[1], c[0]), e2 = kd_vec3_sub(c[2], c[0]), p = kd_vec3_cross(along, e2);
+        float det = kd_vec3_dot(e1, p);
+        if (det == 0)
+            continue;
+        kd_vec3 t = kd_vec3_sub(from, c[0]), q = kd_vec3_cross(t, e1);
+        float u = kd_vec3_dot(t, p) / det, v = kd_vec3_dot(along, q) / det, distance = kd_vec3_dot(e2, q) / det;
+        if (u >= 0 && v >= 0 && u + v <= 1 && distance > 0 && distance < nearest.distance)
+            nearest = (hit){distance, det > 0};
+    }
+    return nearest;
+}
+
+/* ---- judgement ---- */
+
+static const kd_vec3 axes[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}, {0, 1, 0}};
+
+/* A box open on one of its four walls: the other five axis rays from its middle meet inner faces. */
+static void look_for_open_box(const soup *s, kd_vec3 middle, app_survey *out)
+{
+    int open = -1, inner = 0;
+    for (int i = 0; i < 6; i++) {
+        /* off the middle by a little: a light or an edge may lie exactly on an axis */
+        kd_vec3 extent = kd_vec3_sub(out->high, out->low);
+        kd_vec3 from = kd_vec3_add(middle, (kd_vec3){extent.x * 0.013f, extent.y * 0.37f, extent.z * 0.017f});
+        hit h = cast(s, from, axes[i]);
+        if (h.distance < FAR && h.faces_us)
+            inner++;
+        else if (h.distance == FAR && i < 4)
+            open = i;
+    }
+    out->open_box = inner == 5 && open >= 0;
+    out->open_side = open >= 0 ? axes[open] : axes[2];
+}
+
+static float free_way(const soup *s, kd_vec3 eye, kd_vec3 along, float limit)
+{
+    hit h = cast(s, eye, along);
+    return h.distance < limit ? h.distance : limit;
+}
+
+/* Whether one can stand at `eye`: a floor below, and walls that face inwards on three sides of four at least. */
+static bool is_inside(const soup *s, kd_vec3 eye, float room)
+{
+    int walls = 0;
+    hit floor = cast(s, eye, axes[4]);
+    for (int i = 0; i < 4; i++) {
+        hit h = cast(s, eye, axes[i]);
+        walls += h.distance < FAR && h.faces_us && h.distance > room;
+    }
+    return floor.distance < FAR && floor.faces_us && walls >= 3;
+}
+
+static void look_for_hall(const soup *s, app_survey *out)
+{
+    kd_vec3 extent = kd_vec3_sub(out->high, out->low), middle = kd_vec3_scale(kd_vec3_add(out->low, out->high), 0.5f);
+    bool along_x = extent.x >= extent.z;
+    float longest = along_x ? extent.x : extent.z, height = extent.y;
+    if (longest <= HALL_MIN_EXTENT_M || height < 0.05f * longest)
+        return;
+    float eye_height = height > 12 * EYE_HEIGHT_M ? height / 12 : EYE_HEIGHT_M; /* in a unit smaller than metres */
+    hit floor = cast(s, middle, axes[4]);
+    kd_vec3 eye = {middle.x, (floor.distance < FAR ? middle.y - floor.distance : out->low.y) + eye_height, middle.z};
+    if (!is_inside(s, eye, 0.01f * longest))
+        return;
+    kd_vec3 forth = along_x ? axes[0] : axes[2], back = along_x ? axes[1] : axes[3];
+    float behind = free_way(s, eye, back, longest);
+    out->hall = true;
+    out->target = kd_vec3_add(eye, kd_vec3_add(kd_vec3_scale(forth, free_way(s, eye, forth, longest)), (kd_vec3){0, 0.1f * height, 0}));
+    out->eye = kd_vec3_add(eye, kd_vec3_scale(back, behind * 0.85f));
+}
+
+kd_status app_survey_model(const kd_model *model, app_survey *out)
+{
+    soup s;
+    *out = (app_survey){.low = model->bounds_min, .high = model->bounds_max, .has_animation = model->clip_count > 0};
+    for (uint32_t n = 0; n < model->node_count; n++) {
+        out->has_camera = out->has_camera || model->nodes[n].camera != KD_NONE;
+        out->has_light = out->has_light || model->nodes[n].light != KD_NONE;
+    }
+    for (uint32_t i = 0; i < model->material_count; i++)
+        out->has_emissive = out->has_emissive || kd_vec3_length(model->materials[i].emissive) > 0;
+    kd_status status = gather(model, &s);
+    if (status != KD_OK)
+        return status;
+    look_for_hall(&s, out);
+    if (!out->hall)
+        look_for_open_box(&s, kd_vec3_scale(kd_vec3_add(out->low, out->high), 0.5f), out);
+    free(s.corners);
+    return KD_OK;
+}

@@ -1,0 +1,204 @@
+/* `kandil run`: load the scene, open the GPU, run the frames, write what was asked for. */
+#include "runtime/app/run.h"
+
+#include <stdio.h>
+
+#include "components/render_targets.h"
+#include "runtime/app/capture.h"
+#include "runtime/app/console.h"
+#include "runtime/app/graph.h"
+#include "runtime/app/interrupt.h"
+#include "runtime/app/scene.h"
+#include "runtime/app/stats.h"
+#include "runtime/app/timing.h"
+#include "runtime/app/world_setup.h"
+#include "runtime/core/clock.h"
+#include "runtime/core/file.h"
+#include "runtime/core/log.h"
+
+typedef struct run {
+    const app_options *options;
+    kd_jobs *jobs;
+    kd_world *world;
+    kd_gpu *gpu;
+    kd_schedule *schedule;
+    app_scene scene;
+    app_capture *capture;
+    app_timing timing;
+    uint64_t frame_count, done;
+} run;
+
+/* ---- before the frames ---- */
+
+/* Find out what would fail at the end. */
+static kd_status check_outputs(const app_options *o)
+{
+    kd_file_out probe;
+    kd_status status = app_capture_check(o);
+    if (status == KD_OK && o->stats) {
+        status = kd_file_out_open(&probe, o->stats);
+        if (status == KD_OK)
+            kd_file_out_cancel(&probe);
+    }
+    return status == KD_OK && o->graph ? app_graph_check(o->graph) : status;
+}
+
+static kd_status open_gpu(run *r)
+{
+    return kd_gpu_open(
+        &(kd_gpu_desc){
+            .api = r->options->context,
+            .window = r->options->window,
+            .width = r->scene.width,
+            .height = r->scene.height,
+#ifndef NDEBUG
+            .debug = true,
+#endif
+        },
+        &r->gpu);
+}
+
+/* Timing each system costs a little: only when someone will look. */
+static app_timing_mode timing_mode(const run *r)
+{
+    if (!r->options->profile && !r->options->stats)
+        return APP_TIMING_OFF;
+    return r->options->profile_sync || kd_gpu_get_info(r->gpu)->software ? APP_TIMING_SYNC : APP_TIMING_STAMPS;
+}
+
+static kd_status open_schedule(run *r)
+{
+    r->schedule = kd_schedule_make(r->world, r->jobs, r->gpu);
+    if (!r->schedule)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    kd_status status = app_import_systems(r->schedule);
+    if (status == KD_OK)
+        status = app_capture_open(r->options, r->world, r->gpu, r->jobs, r->scene.width, r->scene.height, r->scene.fps, &r->capture);
+    if (status == KD_OK)
+        status = app_capture_import(r->capture, r->schedule);
+    if (status == KD_OK)
+        status = app_timing_open(&r->timing, r->schedule, r->world, r->gpu, r->jobs, timing_mode(r));
+    if (status == KD_OK)
+        status = kd_schedule_init(r->schedule);
+    return status;
+}
+
+static kd_status open_all(run *r)
+{
+    kd_status status = check_outputs(r->options);
+    if (status != KD_OK)
+        return status;
+    r->jobs = kd_jobs_make(r->options->threads);
+    r->world = kd_world_make();
+    if (!r->jobs || !r->world)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    status = app_scene_load(&r->scene, r->world, r->options);
+    if (status == KD_OK)
+        status = open_gpu(r);
+    if (status == KD_OK)
+        status = open_schedule(r);
+    if (status == KD_OK && r->options->graph)
+        status = app_graph_write(r->schedule, r->options->graph);
+    return status;
+}
+
+/* ---- the frames ---- */
+
+static kd_status run_frame(run *r, uint64_t index)
+{
+    app_timing_frame_begin(&r->timing);
+    kd_status status = app_scene_step(&r->scene, index);
+    if (status != KD_OK)
+        return status;
+    status = kd_schedule_run(r->schedule);
+    if (status == KD_OK && kd_gpu_failed(r->gpu))
+        status = KD_GPU;
+    if (status == KD_OK)
+        status = app_capture_status(r->capture);
+    kd_gpu_end_frame(r->gpu);
+    app_timing_frame_end(&r->timing);
+    return status;
+}
+
+static void present(run *r)
+{
+    uint32_t width, height;
+    const kd_picture *picture = kd_singleton(r->world, kd_picture);
+    kd_gpu_window_size(r->gpu, &width, &height);
+    kd_gpu_blit_to_window(r->gpu, picture->ldr, width, height);
+    kd_gpu_window_present(r->gpu);
+}
+
+static bool wants_more(run *r, bool endless)
+{
+    if (r->options->window && kd_gpu_window_should_close(r->gpu))
+        return false;
+    return endless || r->done < r->frame_count;
+}
+
+static kd_status run_frames(run *r)
+{
+    kd_status status = KD_OK;
+    bool endless = r->options->window && r->options->frames < 0 && r->options->seconds < 0;
+    while (status == KD_OK && wants_more(r, endless)) {
+        if (app_interrupted())
+            return KD_INTERRUPTED;
+        uint64_t began = kd_clock_ns();
+        status = run_frame(r, r->done);
+        if (status == KD_OK && r->options->window)
+            present(r);
+        r->done += status == KD_OK;
+        if (!endless)
+            app_console_progress(r->done, r->frame_count, (double)(kd_clock_ns() - began) * 1e-6);
+    }
+    return status;
+}
+
+/* ---- after the frames ---- */
+
+/* An interrupted run keeps its frames and shows the last one; a failed run keeps the frames alone. */
+static kd_status finish(run *r, kd_status status)
+{
+    app_console_clear();
+    bool last = r->done > 0 && (status == KD_OK || status == KD_INTERRUPTED);
+    kd_status written = app_capture_finish(r->capture, last);
+    if (status == KD_OK || status == KD_INTERRUPTED)
+        status = written != KD_OK ? written : status;
+    if ((status == KD_OK || status == KD_INTERRUPTED) && r->options->stats) {
+        written = app_stats_write(r->options->stats, &r->scene, &r->timing, r->gpu, r->jobs, r->done);
+        status = written != KD_OK ? written : status;
+    }
+    if (r->options->profile && r->done > 0)
+        app_timing_print(&r->timing);
+    return status;
+}
+
+static void close_all(run *r)
+{
+    app_capture_close(r->capture);
+    if (r->schedule)
+        kd_schedule_destroy(r->schedule);
+    app_timing_close(&r->timing);
+    app_scene_fini(&r->scene);
+    if (r->world)
+        kd_world_destroy(r->world);
+    if (r->gpu)
+        kd_gpu_close(r->gpu);
+    if (r->jobs)
+        kd_jobs_destroy(r->jobs);
+}
+
+kd_status app_run(const app_options *options)
+{
+    run r = {.options = options};
+    app_interrupt_install();
+    kd_status status = open_all(&r);
+    if (status == KD_OK) {
+        r.frame_count = app_scene_frames(&r.scene, options);
+        status = finish(&r, run_frames(&r));
+    }
+    close_all(&r);
+    if (status == KD_INTERRUPTED)
+        kd_log(KD_LOG_INFO, "interrupted after %llu frames; what was finished is kept", (unsigned long long)r.done);
+    return status;
+}

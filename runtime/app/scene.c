@@ -1,0 +1,205 @@
+#include "runtime/app/scene.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "components/animation.h"
+#include "components/camera.h"
+#include "components/light.h"
+#include "components/mesh_instance.h"
+#include "components/transform.h"
+#include "runtime/core/file.h"
+#include "runtime/core/log.h"
+#include "runtime/ecs/reflect.h"
+
+#define TURN_DEG_PER_S 30.0
+
+/* ---- what was loaded ---- */
+
+const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key)
+{
+    for (uint32_t i = 0; i < scene->loaded_count; i++)
+        if (strcmp(scene->loaded[i].key, key) == 0)
+            return &scene->loaded[i];
+    return NULL;
+}
+
+kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model)
+{
+    if (scene->loaded_count == scene->loaded_capacity) {
+        uint32_t capacity = scene->loaded_capacity ? scene->loaded_capacity * 2 : 16;
+        app_loaded *grown = realloc(scene->loaded, capacity * sizeof *grown);
+        if (!grown)
+            return kd_fail(KD_NO_MEMORY, "out of memory");
+        scene->loaded = grown;
+        scene->loaded_capacity = capacity;
+    }
+    char *copy = strdup(key);
+    if (!copy)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    scene->loaded[scene->loaded_count++] = (app_loaded){copy, model};
+    return KD_OK;
+}
+
+kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out)
+{
+    const app_loaded *known = app_scene_find_loaded(scene, path);
+    if (known) {
+        *out = known->model;
+        return KD_OK;
+    }
+    kd_model *model;
+    kd_status status = kd_model_load(path, &model);
+    if (status != KD_OK)
+        return status;
+    for (uint32_t i = 0; i < model->warning_count; i++)
+        kd_log(KD_LOG_WARNING, "%s: %s", path, model->warnings[i]);
+    status = kd_scene_add_model(scene->world, model, out);
+    if (status != KD_OK) {
+        kd_model_destroy(model);
+        return status;
+    }
+    return app_scene_add_loaded(scene, path, *out);
+}
+
+/* ---- what may be set ---- */
+
+bool app_may_write(const char *component, const char *field)
+{
+    static const char *const whole[] = {"transform", "light", "camera", "name", NULL};
+    static const char *const fields[] = {"animation.time_s",       "animation.speed",         "animation.loop",
+                                         "animation.paused",       "morph_weights.weights",   "mesh_instance.hidden",
+                                         "mesh_instance.no_shadow", "mesh_instance.no_voxels", NULL};
+    size_t length = strlen(component);
+    for (size_t i = 0; whole[i]; i++)
+        if (strcmp(whole[i], component) == 0)
+            return true;
+    for (size_t i = 0; fields[i]; i++)
+        if (strncmp(fields[i], component, length) == 0 && fields[i][length] == '.' && strcmp(fields[i] + length + 1, field) == 0)
+            return true;
+    return false;
+}
+
+/* Apply NAME.component.field=VALUE. */
+static kd_status set_entity_field(kd_world *w, const char *assignment)
+{
+    kd_entity entity;
+    kd_field_ref ref;
+    size_t length = strcspn(assignment, "=");
+    char *path = strndup(assignment, length);
+    if (!path)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    kd_status status = kd_entity_field_resolve(w, path, &entity, &ref);
+    if (status == KD_OK && !app_may_write(ref.desc->name, ref.field->name))
+        status = kd_fail(KD_USAGE, "--set %s: this field is the runtime's own; it cannot be set", path);
+    else if (status == KD_OK)
+        status = kd_field_write_text(w, entity, &ref, assignment + length + 1);
+    free(path);
+    return status == KD_OK || status == KD_NO_MEMORY ? status : KD_USAGE;
+}
+
+/* ---- loading ---- */
+
+static void register_components(kd_world *w)
+{
+    (void)KD_ID(w, kd_transform);
+    (void)KD_ID(w, kd_local_matrix);
+    (void)KD_ID(w, kd_world_transform);
+    (void)KD_ID(w, kd_mesh_instance);
+    (void)KD_ID(w, kd_skin_instance);
+    (void)KD_ID(w, kd_morph_weights);
+    (void)KD_ID(w, kd_animation);
+    (void)KD_ID(w, kd_light);
+    (void)KD_ID(w, kd_camera);
+}
+
+/* The command line is applied before loading, so that framing knows size and settings, and after it, since it has the
+ * last word over a scenario; entities exist only then. */
+static kd_status apply_options(app_scene *scene, const app_options *o, bool loaded)
+{
+    kd_status status = KD_OK;
+    if (o->width) {
+        scene->width = o->width;
+        scene->height = o->height;
+    }
+    scene->fps = o->fps > 0 ? o->fps : scene->fps;
+    scene->gi = o->gi >= 0 ? (uint32_t)o->gi : scene->gi;
+    scene->view = o->view >= 0 ? (uint32_t)o->view : scene->view;
+    for (uint32_t i = 0; i < o->set_count && status == KD_OK; i++) {
+        if (!app_is_entity_field(o->sets[i]))
+            status = kd_settings_set(&scene->settings, o->sets[i]);
+        else if (loaded)
+            status = set_entity_field(scene->world, o->sets[i]);
+    }
+    return status;
+}
+
+kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options)
+{
+    *scene = (app_scene){.world = world, .width = 640, .height = 360, .fps = 30, .seconds = -1, .settings = kd_settings_defaults()};
+    register_components(world);
+    kd_status status = apply_options(scene, options, false);
+    if (status != KD_OK)
+        return status;
+    if (kd_path_has_extension(options->subject, ".lua"))
+        status = app_scene_load_script(scene, options);
+    else if (kd_path_has_extension(options->subject, ".gltf") || kd_path_has_extension(options->subject, ".glb"))
+        status = app_scene_load_model(scene, options->subject);
+    else
+        status = kd_fail(KD_USAGE, "%s: unknown kind of scene; give a .lua, .gltf or .glb file", options->subject);
+    if (status == KD_OK)
+        status = apply_options(scene, options, true);
+    return status;
+}
+
+uint64_t app_scene_frames(const app_scene *scene, const app_options *o)
+{
+    double seconds = o->seconds >= 0 ? o->seconds : scene->seconds >= 0 ? scene->seconds : 4;
+    if (o->frames >= 0)
+        return (uint64_t)o->frames;
+    if (o->seconds < 0 && !scene->script) { /* a bare model: a film's or sequence's worth, else one picture */
+        for (uint32_t i = 0; i < o->output_count; i++)
+            if (o->outputs[i].every_frame)
+                return 48;
+        return 1;
+    }
+    return (uint64_t)llround(seconds * scene->fps);
+}
+
+/* ---- stepping ---- */
+
+static void turn(const app_scene *scene, double time_s)
+{
+    kd_transform *t = kd_find_mut(scene->world, scene->turntable, kd_transform);
+    double half = fmod(TURN_DEG_PER_S * time_s, 360.0) * 0.5 * 3.14159265358979323846 / 180.0;
+    if (t)
+        t->rotation = (kd_quat){0, (float)sin(half), 0, (float)cos(half)};
+}
+
+kd_status app_scene_step(app_scene *scene, uint64_t index)
+{
+    kd_frame *frame = kd_singleton(scene->world, kd_frame);
+    double time_s = (double)index / scene->fps, dt_s = 1 / scene->fps;
+    scene->started = true;
+    frame->index = index;
+    frame->time_s = time_s;
+    frame->dt_s = (float)dt_s;
+    frame->width = scene->width;
+    frame->height = scene->height;
+    frame->gi = scene->gi;
+    frame->view = scene->view;
+    frame->settings = scene->settings;
+    if (scene->turntable.generation)
+        turn(scene, time_s);
+    return scene->script ? kd_script_step(scene->script, time_s, dt_s) : KD_OK;
+}
+
+void app_scene_fini(app_scene *scene)
+{
+    kd_script_destroy(scene->script);
+    for (uint32_t i = 0; i < scene->loaded_count; i++)
+        free(scene->loaded[i].key);
+    free(scene->loaded);
+    *scene = (app_scene){0};
+}

@@ -1,0 +1,62 @@
+#ifndef KD_APP_SCENE_H
+#define KD_APP_SCENE_H
+
+/* What is to be rendered and how: the world filled from a scenario or a model, and the figures that the scenario, the
+ * command line or a default gave. */
+
+#include "components/frame.h"
+#include "runtime/app/options.h"
+#include "runtime/ecs/world.h"
+#include "runtime/script/script.h"
+#include "systems/scene/scene.h"
+
+/* A model or shape that is in the scene store already. */
+typedef struct app_loaded {
+    char *key; /* its path, or what a shape is made of */
+    uint32_t model;
+} app_loaded;
+
+typedef struct app_scene {
+    kd_world *world;
+    uint32_t width, height;
+    double fps, seconds; /* seconds negative: not said */
+    uint32_t gi, view;
+    kd_settings settings;
+    kd_script *script;   /* NULL for a bare model */
+    kd_entity turntable; /* turned about +Y every step; KD_NO_ENTITY: nothing is */
+    bool started;        /* kandil.scene comes too late */
+    app_loaded *loaded;
+    uint32_t loaded_count, loaded_capacity;
+} app_scene;
+
+/** Fill the world from the file that the options name, then let the command line have the last word.
+ *  Errors with one message */
+kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options);
+
+/** Bring the world to simulation step `index`: scenario, turntable, and what the systems know of the frame. */
+kd_status app_scene_step(app_scene *scene, uint64_t index);
+
+/** Frames that the command line and the scenario ask for. */
+uint64_t app_scene_frames(const app_scene *scene, const app_options *options);
+
+void app_scene_fini(app_scene *scene);
+
+/* ---- for the two ways to fill it ---- */
+
+/** Frame, light and turn a bare model. */
+kd_status app_scene_load_model(app_scene *scene, const char *path);
+
+/** Load a scenario, or run its functions for the first time. */
+kd_status app_scene_load_script(app_scene *scene, const app_options *options);
+
+/** Register a model file with the store, once a path. */
+kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out);
+
+/** Remember what was registered under a key. */
+const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key);
+kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model);
+
+/** Tell whether scenarios and --set may set a field: not those that number entries of the scene store. */
+bool app_may_write(const char *component, const char *field);
+
+#endif

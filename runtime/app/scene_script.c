@@ -1,0 +1,156 @@
+/* The host of a scenario: makes models, shapes and materials when kandil.spawn asks for them. */
+#include <stdio.h>
+#include <string.h>
+
+#include "components/transform.h"
+#include "runtime/app/console.h"
+#include "runtime/app/scene.h"
+#include "runtime/core/log.h"
+
+/* ---- host calls: what fails below logs its reason, which is caught and given to the scenario ---- */
+
+static kd_status set_scene(void *user, const kd_script_scene *said, kd_script_error *error)
+{
+    app_scene *scene = user;
+    int gi = said->gi ? app_find_word(app_gi_words, said->gi) : (int)scene->gi;
+    int view = said->view ? app_find_word(app_view_words, said->view) : (int)scene->view;
+    if (scene->started)
+        snprintf(error->text, sizeof error->text, "comes too late; call it while the scenario loads");
+    else if (gi < 0)
+        snprintf(error->text, sizeof error->text, "gi cannot be '%.64s'; choose cones or none", said->gi);
+    else if (view < 0)
+        snprintf(error->text, sizeof error->text, "view cannot be '%.64s'; `kandil help run` lists the views", said->view);
+    if (error->text[0])
+        return KD_SCRIPT;
+    if (said->width) {
+        scene->width = said->width;
+        scene->height = said->height;
+    }
+    scene->fps = said->fps > 0 ? said->fps : scene->fps;
+    scene->seconds = said->seconds > 0 ? said->seconds : scene->seconds;
+    scene->gi = (uint32_t)gi;
+    scene->view = (uint32_t)view;
+    return KD_OK;
+}
+
+static kd_status set_setting(void *user, const char *assignment, kd_script_error *error)
+{
+    app_scene *scene = user;
+    app_console_capture(error->text, sizeof error->text);
+    kd_status status = kd_settings_set(&scene->settings, assignment);
+    app_console_capture(NULL, 0);
+    return status;
+}
+
+static kd_material_desc material_of(const kd_script_material *said)
+{
+    kd_material_desc m = kd_material_default();
+    m.base_color = said->base_color;
+    m.metallic = said->metallic;
+    m.roughness = said->roughness;
+    m.emissive = said->emissive;
+    m.double_sided = said->double_sided;
+    m.unlit = said->unlit;
+    return m;
+}
+
+static kd_shape shape_of(const char *word)
+{
+    static const char *const words[] = {"box", "sphere", "plane", "cylinder", "torus", NULL};
+    static const kd_shape shapes[] = {KD_SHAPE_BOX, KD_SHAPE_SPHERE, KD_SHAPE_PLANE, KD_SHAPE_CYLINDER, KD_SHAPE_TORUS};
+    int i = app_find_word(words, word);
+    return shapes[i < 0 ? 0 : i];
+}
+
+/* Register a shape with its material; equal ones share an entry, and so their mesh and its voxels. */
+static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, uint32_t *out)
+{
+    char key[320];
+    const kd_script_mesh *s = &spawn->mesh;
+    const kd_script_material *m = &spawn->material;
+    snprintf(key, sizeof key, "mesh:%s %a %a %a %u : %a %a %a %a %a %a %a %a %a %d%d", s->shape, (double)s->size.x, (double)s->size.y,
+             (double)s->size.z, s->segments, (double)m->base_color.x, (double)m->base_color.y, (double)m->base_color.z,
+             (double)m->base_color.w, (double)m->metallic, (double)m->roughness, (double)m->emissive.x, (double)m->emissive.y,
+             (double)m->emissive.z, m->double_sided, m->unlit);
+    const app_loaded *known = app_scene_find_loaded(scene, key);
+    if (known) {
+        *out = known->model;
+        return KD_OK;
+    }
+    kd_model *model;
+    kd_material_desc material = material_of(m);
+    kd_status status = kd_model_make_shape(shape_of(s->shape), s->size, s->segments, &material, &model);
+    if (status != KD_OK)
+        return status;
+    status = kd_scene_add_model(scene->world, model, out);
+    if (status != KD_OK) {
+        kd_model_destroy(model);
+        return status;
+    }
+    return app_scene_add_loaded(scene, key, *out);
+}
+
+static kd_status spawn_plain(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out)
+{
+    kd_world *w = scene->world;
+    *out = kd_spawn(w, KD_TAG(kd_transform), KD_TAG(kd_world_transform));
+    if (!out->generation)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    kd_status status = kd_set_name(w, *out, spawn->name);
+    if (status == KD_OK && spawn->parent.generation)
+        status = kd_set_parent(w, *out, spawn->parent);
+    return status;
+}
+
+static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out)
+{
+    uint32_t model;
+    const char *name = spawn->name ? spawn->name : "";
+    kd_status status = spawn->model ? app_scene_model(scene, spawn->model, &model) : ensure_shape(scene, spawn, &model);
+    if (status == KD_OK)
+        status = kd_scene_instantiate(scene->world, model, spawn->parent, name, out);
+    if (status == KD_OK && spawn->model && spawn->material.given) {
+        kd_material_desc material = material_of(&spawn->material);
+        kd_scene_override_material(scene->world, *out, kd_scene_add_material(scene->world, &material));
+    }
+    return status;
+}
+
+static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error)
+{
+    app_scene *scene = user;
+    app_console_capture(error->text, sizeof error->text);
+    bool plain = !spawn->model && !spawn->mesh.shape;
+    kd_status status = plain ? spawn_plain(scene, spawn, out) : spawn_model(scene, spawn, out);
+    app_console_capture(NULL, 0);
+    return status;
+}
+
+static kd_status play(void *user, kd_entity entity, const kd_script_play *p, kd_script_error *error)
+{
+    app_scene *scene = user;
+    app_console_capture(error->text, sizeof error->text);
+    kd_status status = kd_scene_play(scene->world, entity, p->clip, p->loop, p->speed, p->blend_s);
+    app_console_capture(NULL, 0);
+    return status;
+}
+
+static bool may_write(void *user, const char *component, const char *field)
+{
+    (void)user;
+    return app_may_write(component, field);
+}
+
+kd_status app_scene_load_script(app_scene *scene, const app_options *options)
+{
+    return kd_script_load(
+        &(kd_script_desc){
+            .path = options->subject,
+            .roots = options->roots,
+            .root_count = options->root_count,
+            .seed = options->seed,
+            .world = scene->world,
+            .host = {.user = scene, .scene = set_scene, .set = set_setting, .spawn = spawn_any, .play = play, .may_write = may_write},
+        },
+        &scene->script);
+}

@@ -1,0 +1,180 @@
+#include "runtime/app/stats.h"
+
+#include <string.h>
+#include <sys/resource.h>
+
+#include "components/light.h"
+#include "components/mesh_instance.h"
+#include "components/render_targets.h"
+#include "components/scene_store.h"
+#include "runtime/app/app.h"
+#include "runtime/app/console.h"
+#include "runtime/core/file.h"
+#include "runtime/core/json.h"
+#include "runtime/core/log.h"
+#include "runtime/ecs/query.h"
+
+static void put_uint(kd_json *j, const char *key, uint64_t value)
+{
+    kd_json_key(j, key);
+    kd_json_uint(j, value);
+}
+
+static void put_string(kd_json *j, const char *key, const char *value)
+{
+    kd_json_key(j, key);
+    kd_json_string(j, value);
+}
+
+static void put_double(kd_json *j, const char *key, double value)
+{
+    kd_json_key(j, key);
+    kd_json_double(j, value);
+}
+
+static uint32_t count_with(kd_world *w, const kd_component_desc *desc)
+{
+    kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {{KD_TERM_WITH, desc}}});
+    uint32_t count = q ? kd_query_count(q) : 0;
+    if (q)
+        kd_query_destroy(q);
+    return count;
+}
+
+/* Triangles over all instances. */
+static uint64_t count_triangles(kd_world *w)
+{
+    const kd_scene_store *store = kd_singleton(w, kd_scene_store);
+    kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(kd_mesh_instance)}});
+    uint64_t indices = 0;
+    if (!q)
+        return 0;
+    for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);) {
+        const kd_mesh_instance *instances = KD_COLUMN(&it, kd_mesh_instance, 0);
+        for (uint32_t i = 0; i < it.count; i++) {
+            const kd_store_mesh *mesh = &store->meshes[instances[i].mesh];
+            for (uint32_t p = 0; p < mesh->primitive_count; p++)
+                indices += store->primitives[mesh->first_primitive + p].index_count;
+        }
+    }
+    kd_query_destroy(q);
+    return indices / 3;
+}
+
+static void put_scene(kd_json *j, kd_world *w)
+{
+    kd_json_key(j, "scene");
+    kd_json_object_begin(j);
+    put_uint(j, "entities", kd_entity_count(w));
+    put_uint(j, "triangles", count_triangles(w));
+    put_uint(j, "skinned", count_with(w, &kd_skin_instance_desc));
+    put_uint(j, "lights", count_with(w, &kd_light_desc));
+    kd_json_object_end(j);
+}
+
+static void put_context(kd_json *j, const kd_gpu *gpu, const kd_jobs *jobs)
+{
+    const kd_gpu_info *info = kd_gpu_get_info(gpu);
+    kd_json_key(j, "context");
+    kd_json_object_begin(j);
+    put_string(j, "api", info->api);
+    put_string(j, "renderer", info->renderer);
+    put_string(j, "version", info->version);
+    put_uint(j, "threads", kd_jobs_threads(jobs));
+    kd_json_object_end(j);
+}
+
+static void put_systems(kd_json *j, const app_timing *t)
+{
+    app_summary frame = app_summarise(&t->frames);
+    kd_json_key(j, "frame_ms");
+    kd_json_object_begin(j);
+    put_double(j, "median", frame.median);
+    put_double(j, "p95", frame.p95);
+    put_double(j, "max", frame.max);
+    kd_json_object_end(j);
+    put_string(j, "gpu_timing", t->mode == APP_TIMING_SYNC ? "sync" : "timestamps");
+    kd_json_key(j, "systems");
+    kd_json_array_begin(j);
+    for (uint32_t i = 0; i < t->system_count; i++) {
+        const kd_system_desc *d = kd_schedule_system(t->schedule, i);
+        app_summary s = app_summarise(&t->systems[i]);
+        kd_json_object_begin(j);
+        put_string(j, "name", d->name);
+        put_string(j, "phase", kd_phase_name(d->phase));
+        put_string(j, "where", d->where == KD_ON_GPU ? "gpu" : "cpu");
+        put_double(j, "median_ms", s.median);
+        put_double(j, "p95_ms", s.p95);
+        put_double(j, "max_ms", s.max);
+        put_uint(j, "bytes", t->bytes[i]);
+        kd_json_object_end(j);
+    }
+    kd_json_array_end(j);
+}
+
+static void put_voxels(kd_json *j, kd_world *w)
+{
+    const kd_tree *tree = kd_singleton(w, kd_tree);
+    kd_json_key(j, "voxels");
+    kd_json_object_begin(j);
+    put_uint(j, "cached", tree->cached_voxels);
+    put_uint(j, "resident", tree->resident_voxels);
+    put_uint(j, "static", tree->static_voxels);
+    put_uint(j, "dynamic", tree->dynamic_voxels);
+    kd_json_key(j, "cascades");
+    kd_json_array_begin(j);
+    for (uint32_t c = 0; c < tree->cascade_count; c++) {
+        kd_json_object_begin(j);
+        put_double(j, "span_m", (double)tree->span_m[c]);
+        put_uint(j, "resolution", tree->resolution);
+        put_uint(j, "voxels", tree->cascade_voxels[c]);
+        put_uint(j, "nodes", tree->cascade_nodes[c]);
+        put_uint(j, "bytes", tree->cascade_bytes[c]);
+        kd_json_object_end(j);
+    }
+    kd_json_array_end(j);
+    kd_json_object_end(j);
+}
+
+static void put_rest(kd_json *j, const kd_gpu *gpu)
+{
+    struct rusage usage = {0};
+    uint32_t count;
+    const char *const *warnings = app_console_warnings(&count);
+    getrusage(RUSAGE_SELF, &usage);
+    kd_json_key(j, "memory");
+    kd_json_object_begin(j);
+    put_uint(j, "gpu_bytes", kd_gpu_bytes(gpu));
+    put_uint(j, "cpu_peak_bytes", (uint64_t)usage.ru_maxrss * 1024);
+    kd_json_object_end(j);
+    kd_json_key(j, "warnings");
+    kd_json_array_begin(j);
+    for (uint32_t i = 0; i < count; i++)
+        kd_json_string(j, warnings[i]);
+    kd_json_array_end(j);
+}
+
+kd_status app_stats_write(const char *path, const app_scene *scene, const app_timing *timing, const kd_gpu *gpu, const kd_jobs *jobs,
+                          uint64_t frames)
+{
+    kd_json j = {.indent = 2};
+    kd_json_object_begin(&j);
+    put_string(&j, "kandil", KD_VERSION);
+    put_scene(&j, scene->world);
+    put_context(&j, gpu, jobs);
+    kd_json_key(&j, "size");
+    kd_json_array_begin(&j);
+    kd_json_uint(&j, scene->width);
+    kd_json_uint(&j, scene->height);
+    kd_json_array_end(&j);
+    put_uint(&j, "frames", frames);
+    put_string(&j, "gi", app_gi_words[scene->gi]);
+    put_systems(&j, timing);
+    put_voxels(&j, scene->world);
+    put_rest(&j, gpu);
+    kd_json_object_end(&j);
+    const char *text = kd_json_text(&j);
+    kd_status status = text ? kd_file_write(path, text, strlen(text)) : kd_fail(KD_NO_MEMORY, "%s: out of memory", path);
+    kd_json_fini(&j);
+    return status;
+}

@@ -1,0 +1,11 @@
+#ifndef KD_APP_WORLD_SETUP_H
+#define KD_APP_WORLD_SETUP_H
+
+/* The composition root: the one place that knows every system. */
+
+#include "runtime/ecs/system.h"
+
+/** Register every system of a frame, in the order in which those of one phase run. */
+kd_status app_import_systems(kd_schedule *s);
+
+#endif
