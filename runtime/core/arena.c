@@ -1,5 +1,5 @@
-/* A chain of blocks, each filled from its front. `current` is the block being filled; blocks behind it in the chain are
- * kept from before the last reset and count as empty, whatever their `used` says. */
+/* A chain of blocks, each filled from its front. `current` is the block being filled; blocks behind it in the
+ * chain are kept from before the last reset and count as empty, whatever their `used` says. */
 #include "runtime/core/arena.h"
 
 #include <stdarg.h>

@@ -22,12 +22,14 @@ static kd_status fail_errno(const char *path, const char *action)
     case EACCES:
     case EPERM:
     case EROFS:
-        return kd_fail(KD_NO_PERMISSION, "%s: permission denied (%s); check the rights of the file and its folder",
-                       path, action);
+        return kd_fail(KD_NO_PERMISSION,
+                       "%s: permission denied (%s); check the rights of the file and its folder", path,
+                       action);
     case ENOSPC:
     case EDQUOT:
     case EFBIG:
-        return kd_fail(KD_DISK_FULL, "%s: no space left (%s); make room or choose another disk", path, action);
+        return kd_fail(KD_DISK_FULL, "%s: no space left (%s); make room or choose another disk", path,
+                       action);
     case ENAMETOOLONG:
         return kd_fail(KD_OUT_OF_RANGE, "%s: the name is too long (%s); use a shorter one", path, action);
     case ENOMEM:
@@ -102,7 +104,8 @@ bool kd_file_exists(const char *path)
 
 /* ---- writing ---- */
 
-/* Choose the name of a temporary file that nobody else has, in the folder of the target so that rename stays on one disk. */
+/* Choose the name of a temporary file that nobody else has, in the folder of the target so that rename stays
+ * on one disk. */
 static kd_status choose_temp(kd_file_out *out)
 {
     static atomic_uint counter;
@@ -174,7 +177,8 @@ kd_status kd_file_out_commit(kd_file_out *out)
         return KD_OK;
     if (out->temp[0])
         unlink(out->temp);
-    /* An earlier write may have failed with its errno forgotten; lack of space is by far the commonest cause. */
+    /* An earlier write may have failed with its errno forgotten; lack of space is by far the commonest cause.
+     */
     errno = first_error ? first_error : ENOSPC;
     return fail_errno(out->path, "writing");
 }

@@ -1,7 +1,8 @@
 #ifndef KD_CORE_FILE_H
 #define KD_CORE_FILE_H
 
-/* Whole files in, whole files out. Every failing call writes one message that names the path, and returns a status. */
+/* Whole files in, whole files out. Every failing call writes one message that names the path, and returns a
+ * status. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -17,8 +18,8 @@
 /** Read a whole file. A zero byte follows the data, so that text can be used as a string.
  *
  *  Returns *data and *size (without the zero); NULL and 0 after an error
- *  Errors  NOT_FOUND, NO_PERMISSION, TOO_LARGE for more than limit_bytes, UNSUPPORTED for a folder or a device,
- *          NO_MEMORY, IO
+ *  Errors  NOT_FOUND, NO_PERMISSION, TOO_LARGE for more than limit_bytes, UNSUPPORTED for a folder or a
+ *          device, NO_MEMORY, IO
  *  Owns    the caller frees *data with free()
  */
 kd_status kd_file_read(const char *path, size_t limit_bytes, void **data, size_t *size);
@@ -28,17 +29,19 @@ bool kd_file_exists(const char *path);
 
 /* ---- writing: a file appears whole or not at all ---- */
 
-/* A file being written: `stream` goes to a temporary file beside the path, which a commit renames. An existing special
- * file (/dev/stdout) is written directly. */
+/* A file being written: `stream` goes to a temporary file beside the path, which a commit renames. An
+ * existing special file (/dev/stdout) is written directly. */
 typedef struct kd_file_out {
     FILE *stream;
     char path[KD_PATH_MAX];
     char temp[KD_PATH_MAX]; /* "": written directly */
 } kd_file_out;
 
-/** Start a file; its folder must exist. Errors NOT_FOUND, NO_PERMISSION, DISK_FULL, UNSUPPORTED for a folder, IO */
+/** Start a file; its folder must exist.
+ *  Errors  NOT_FOUND, NO_PERMISSION, DISK_FULL, UNSUPPORTED for a folder, IO */
 kd_status kd_file_out_open(kd_file_out *out, const char *path);
-/** Finish: the whole file stands under its name, or an error is returned and nothing is left. Errors DISK_FULL, IO */
+/** Finish: the whole file stands under its name, or an error is returned and nothing is left.
+ *  Errors  DISK_FULL, IO */
 kd_status kd_file_out_commit(kd_file_out *out);
 /** Give up: nothing is left. Does nothing after a commit or a failed open. */
 void kd_file_out_cancel(kd_file_out *out);
@@ -62,8 +65,8 @@ const char *kd_path_extension(const char *path);
 /** Compare the extension without regard to case: kd_path_has_extension("A.PNG", ".png"). */
 bool kd_path_has_extension(const char *path, const char *extension);
 
-/** Tell whether the path lies in the folder or below it once every link and ".." is resolved. A path whose end does not
- *  exist yet is judged by the part that does; false when the folder itself does not exist. */
+/** Tell whether the path lies in the folder or below it once every link and ".." is resolved. A path whose
+ * end does not exist yet is judged by the part that does; false when the folder itself does not exist. */
 bool kd_path_is_below(const char *folder, const char *path);
 
 #endif

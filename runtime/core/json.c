@@ -41,7 +41,8 @@ static void new_line(kd_json *j)
         append(j, " ", 1);
 }
 
-/* What stands before a value or a key: nothing behind a key, else a comma where the container has items already. */
+/* What stands before a value or a key: nothing behind a key, else a comma where the container has items
+ * already. */
 static void separate(kd_json *j)
 {
     if (j->after_key) {
@@ -100,7 +101,10 @@ static size_t utf8_length(const unsigned char *p)
 {
     if (p[0] < 0x80)
         return 1;
-    size_t length = p[0] >= 0xC2 && p[0] <= 0xDF ? 2 : (p[0] & 0xF0) == 0xE0 ? 3 : p[0] >= 0xF0 && p[0] <= 0xF4 ? 4 : 0;
+    size_t length = p[0] >= 0xC2 && p[0] <= 0xDF   ? 2
+                    : (p[0] & 0xF0) == 0xE0        ? 3
+                    : p[0] >= 0xF0 && p[0] <= 0xF4 ? 4
+                                                   : 0;
     for (size_t i = 1; i < length; i++)
         if ((p[i] & 0xC0) != 0x80)
             return 0;

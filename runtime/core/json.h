@@ -1,7 +1,8 @@
 #ifndef KD_CORE_JSON_H
 #define KD_CORE_JSON_H
 
-/* A streaming JSON writer into one growing buffer. Commas and indentation come by themselves; begin and end must match.
+/* A streaming JSON writer into one growing buffer. Commas and indentation come by themselves; begin and end
+ * must match.
  *
  *     kd_json j = {.indent = 2};
  *     kd_json_object_begin(&j);
@@ -33,14 +34,17 @@ void kd_json_array_begin(kd_json *j);
 void kd_json_array_end(kd_json *j);
 void kd_json_key(kd_json *j, const char *key);
 
-void kd_json_string(kd_json *j, const char *text); /* NULL gives null; bytes that are no UTF-8 become U+FFFD */
+/** Write a string; NULL gives null, bytes that are no UTF-8 become U+FFFD. */
+void kd_json_string(kd_json *j, const char *text);
 void kd_json_int(kd_json *j, int64_t value);
 void kd_json_uint(kd_json *j, uint64_t value);
-void kd_json_double(kd_json *j, double value); /* shortest text that reads back equal; NaN and infinity give null */
+/** Write the shortest text that reads back equal; NaN and infinity give null. */
+void kd_json_double(kd_json *j, double value);
 void kd_json_bool(kd_json *j, bool value);
 void kd_json_null(kd_json *j);
 
-/** Get the text, NUL-terminated, without a newline at its end. Returns NULL when memory ran out; "" before any item. */
+/** Get the text, NUL-terminated, without a newline at its end. Returns NULL when memory ran out; "" before
+ * any item. */
 const char *kd_json_text(const kd_json *j);
 void kd_json_fini(kd_json *j);
 

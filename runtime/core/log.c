@@ -1,5 +1,5 @@
-/* One lock keeps messages whole and the sink's calls apart. A message is formatted before the lock is taken, so that a
- * slow format never holds up another thread. */
+/* One lock keeps messages whole and the sink's calls apart. A message is formatted before the lock is taken,
+ * so that a slow format never holds up another thread. */
 #include "runtime/core/log.h"
 
 #include <pthread.h>

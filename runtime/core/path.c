@@ -8,7 +8,8 @@
 
 #include "runtime/core/log.h"
 
-static kd_status put(char *out, size_t out_size, const char *a, size_t a_length, const char *separator, const char *b)
+static kd_status put(char *out, size_t out_size, const char *a, size_t a_length, const char *separator,
+                     const char *b)
 {
     size_t separator_length = strlen(separator), b_length = strlen(b);
     if (out_size)
@@ -58,7 +59,8 @@ bool kd_path_has_extension(const char *path, const char *extension)
     return strcasecmp(kd_path_extension(path), extension) == 0;
 }
 
-/* Resolve the longest part of the path that exists. False when what follows it climbs up again: no one can tell where. */
+/* Resolve the longest part of the path that exists. False when what follows it climbs up again: no one can
+ * tell where. */
 static bool resolve_existing(const char *path, char resolved[PATH_MAX])
 {
     char rest[KD_PATH_MAX];

@@ -48,8 +48,8 @@ kd_status kd_schedule_add(kd_schedule *s, const kd_system_desc *desc)
 {
     assert(!s->built && desc->name && desc->run && (unsigned)desc->phase < KD_PHASE_COUNT);
     if (s->system_count == SCHEDULE_MAX_SYSTEMS)
-        return kd_fail(KD_OUT_OF_RANGE, "system %s: there are %d systems already, the most there can be", desc->name,
-                       SCHEDULE_MAX_SYSTEMS);
+        return kd_fail(KD_OUT_OF_RANGE, "system %s: there are %d systems already, the most there can be",
+                       desc->name, SCHEDULE_MAX_SYSTEMS);
     char *name = strdup(desc->name);
     if (!name)
         return kd_fail(KD_NO_MEMORY, "system %s: out of memory", desc->name);
@@ -159,8 +159,9 @@ kd_status kd_schedule_init(kd_schedule *s)
         if (status != KD_OK)
             return status;
         system->initialized = true;
+        /* It may have dispatched: the first frame must see that. */
         if (system->desc.init && system->desc.where == KD_ON_GPU)
-            schedule_barrier(s, system, s->resources); /* it may have dispatched: the first frame must see that */
+            schedule_barrier(s, system, s->resources);
     }
     s->init_done = true;
     return kd_world_merge(s->world);

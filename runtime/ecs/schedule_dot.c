@@ -1,4 +1,5 @@
-/* The frame's graph for Graphviz: phases as clusters, GPU systems as boxes that carry the barrier before them. */
+/* The frame's graph for Graphviz: phases as clusters, GPU systems as boxes that carry the barrier before
+ * them. */
 #include <stdlib.h>
 
 #include "runtime/core/file.h"
@@ -44,7 +45,8 @@ static void write_node(FILE *out, const kd_schedule *s, uint32_t index, uint32_t
         write_uses(out, barrier);
     }
     fprintf(out, "\", %s];\n",
-            desc->where == KD_ON_GPU ? "shape=box, fillcolor=\"#dce8f8\"" : "shape=ellipse, fillcolor=\"#f8f0dc\"");
+            desc->where == KD_ON_GPU ? "shape=box, fillcolor=\"#dce8f8\""
+                                     : "shape=ellipse, fillcolor=\"#f8f0dc\"");
 }
 
 static void write_phase(FILE *out, const kd_schedule *s, kd_phase phase, const uint32_t *barriers)
@@ -54,7 +56,8 @@ static void write_phase(FILE *out, const kd_schedule *s, kd_phase phase, const u
         if (s->nodes[i].phase != phase)
             continue;
         if (!opened)
-            fprintf(out, "  subgraph cluster_%s {\n    label=\"%s\";\n", kd_phase_name(phase), kd_phase_name(phase));
+            fprintf(out, "  subgraph cluster_%s {\n    label=\"%s\";\n", kd_phase_name(phase),
+                    kd_phase_name(phase));
         opened = true;
         write_node(out, s, i, barriers[i]);
     }
@@ -62,7 +65,8 @@ static void write_phase(FILE *out, const kd_schedule *s, kd_phase phase, const u
         fputs("  }\n", out);
 }
 
-/* An edge into a GPU system with a barrier carries it when the predecessor's shader writes are among its reasons. */
+/* An edge into a GPU system with a barrier carries it when the predecessor's shader writes are among its
+ * reasons. */
 static uint32_t edge_barrier(const kd_schedule *s, uint32_t from, uint32_t to, uint32_t barrier)
 {
     if (!barrier || s->nodes[from].system == SCHEDULE_MERGE)
@@ -123,9 +127,10 @@ kd_status kd_schedule_write_dot(const kd_schedule *s, const char *path)
         status = kd_file_out_open(&out, path);
     if (status != KD_OK)
         return status;
-    fputs("digraph frame {\n  rankdir=TB;\n  compound=true;\n  node [style=filled, fontname=\"sans-serif\"];\n"
-          "  edge [fontname=\"sans-serif\", fontsize=10];\n",
-          out.stream);
+    fputs(
+        "digraph frame {\n  rankdir=TB;\n  compound=true;\n  node [style=filled, fontname=\"sans-serif\"];\n"
+        "  edge [fontname=\"sans-serif\", fontsize=10];\n",
+        out.stream);
     for (int phase = 0; phase < KD_PHASE_COUNT; phase++)
         write_phase(out.stream, s, (kd_phase)phase, barriers);
     write_edges(out.stream, s, barriers);

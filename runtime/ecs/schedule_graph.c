@@ -8,7 +8,8 @@
 static bool components_conflict(const kd_system_desc *a, const kd_system_desc *b)
 {
     for (const kd_component_use *u = a->components; u < a->components + KD_MAX_COMPONENT_USES && u->desc; u++)
-        for (const kd_component_use *v = b->components; v < b->components + KD_MAX_COMPONENT_USES && v->desc; v++)
+        for (const kd_component_use *v = b->components; v < b->components + KD_MAX_COMPONENT_USES && v->desc;
+             v++)
             if (u->desc == v->desc && (u->write || v->write))
                 return true;
     return false;
@@ -61,7 +62,8 @@ static void add_phase(kd_schedule *s, kd_phase phase)
         add_node(s, SCHEDULE_MERGE, phase);
 }
 
-static bool must_precede(const kd_schedule *s, const schedule_node *first, const schedule_node *second, bool lane)
+static bool must_precede(const kd_schedule *s, const schedule_node *first, const schedule_node *second,
+                         bool lane)
 {
     if (first->system == SCHEDULE_MERGE || second->system == SCHEDULE_MERGE)
         return true;
@@ -70,8 +72,8 @@ static bool must_precede(const kd_schedule *s, const schedule_node *first, const
     return conflict(&s->systems[first->system], &s->systems[second->system]);
 }
 
-/* Add the edges that end in node `to`, nearest predecessor first; one that is reached already through a nearer one is
- * left out. reach[i] holds all nodes from which i can be reached. */
+/* Add the edges that end in node `to`, nearest predecessor first; one that is reached already through a
+ * nearer one is left out. reach[i] holds all nodes from which i can be reached. */
 static void add_edges(kd_schedule *s, uint32_t to, bool lane, schedule_set *reach, schedule_set *before)
 {
     reach[to] = (schedule_set){0};
@@ -112,18 +114,19 @@ kd_status schedule_build(kd_schedule *s)
 
 /* ---- barriers ----
  *
- * Source: OpenGL 4.5 core, 7.12.2. What shaders write through storage blocks and images is seen by a later use only
- * behind a barrier with the bit of that use; one barrier serves all earlier writes of all resources. A shader write may
- * also overtake earlier reads of the same memory unless a barrier with the bit of the write lies between. Other writes
- * (rendering, copies) keep their order with everything by themselves. */
+ * Source: OpenGL 4.5 core, 7.12.2. What shaders write through storage blocks and images is seen by a later
+ * use only behind a barrier with the bit of that use; one barrier serves all earlier writes of all resources.
+ * A shader write may also overtake earlier reads of the same memory unless a barrier with the bit of the
+ * write lies between. Other writes (rendering, copies) keep their order with everything by themselves. */
 
 #define SHADER_WRITES (KD_USE_STORAGE_WRITE | KD_USE_IMAGE_WRITE)
-#define READS (SCHEDULE_ALL_USES & ~(uint32_t)KD_USE_WRITES)
+#define READS         (SCHEDULE_ALL_USES & ~(uint32_t)KD_USE_WRITES)
 
 /* Widen to all uses that the barrier for these serves as well. */
 static uint32_t served(uint32_t uses)
 {
-    static const uint32_t groups[] = {KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE, KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE,
+    static const uint32_t groups[] = {KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE,
+                                      KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE,
                                       KD_USE_COPY_READ | KD_USE_COPY_WRITE};
     for (int i = 0; i < 3; i++)
         if (uses & groups[i])

@@ -3,9 +3,10 @@
 
 /* The schedule's data, shared by its sources.
  *
- * The frame is a graph of nodes: one for each system in order of (phase, registration), and a merge behind each phase
- * that may record commands. That order is a legal one by construction: every edge leads from a lower to a higher node.
- * Nodes of the lane (GPU systems and merges) run on worker 0 in node order; the others are jobs. */
+ * The frame is a graph of nodes: one for each system in order of (phase, registration), and a merge behind
+ * each phase that may record commands. That order is a legal one by construction: every edge leads from a
+ * lower to a higher node. Nodes of the lane (GPU systems and merges) run on worker 0 in node order; the
+ * others are jobs. */
 
 #include <stdatomic.h>
 
@@ -35,7 +36,7 @@ static inline bool schedule_set_has(const schedule_set *set, uint32_t i)
 }
 
 typedef struct schedule_system {
-    kd_system_desc desc; /* name is our copy */
+    kd_system_desc desc;                      /* name is our copy */
     uint16_t resources[KD_MAX_RESOURCE_USES]; /* index of each used resource in the schedule's list */
     bool enabled, initialized;
     uint64_t command_key;
@@ -90,8 +91,9 @@ static inline bool schedule_on_lane(const kd_schedule *s, const schedule_node *n
 /* Derive the nodes and edges. Errors NO_MEMORY. */
 kd_status schedule_build(kd_schedule *s);
 
-/* Find the barrier that must stand before `system`, and account for it and for what the system does to its resources.
- * `resources` is the state, normally s->resources. Returns kd_gpu_use bits, 0 when no barrier is needed. */
+/* Find the barrier that must stand before `system`, and account for it and for what the system does to its
+ * resources. `resources` is the state, normally s->resources. Returns kd_gpu_use bits, 0 when no barrier is
+ * needed. */
 uint32_t schedule_barrier(const kd_schedule *s, const schedule_system *system, schedule_resource *resources);
 
 #endif

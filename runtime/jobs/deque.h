@@ -1,20 +1,22 @@
 #ifndef KD_JOBS_DEQUE_H
 #define KD_JOBS_DEQUE_H
 
-/* A Chase-Lev deque of jobs: the owner pushes and takes at the bottom, thieves take at the top. Jobs are stored by value
- * in a ring, so that submitting allocates nothing; a full ring is doubled and the old one kept, since a thief may still
- * be reading it.
+/* A Chase-Lev deque of jobs: the owner pushes and takes at the bottom, thieves take at the top. Jobs are
+ * stored by value in a ring, so that submitting allocates nothing; a full ring is doubled and the old one
+ * kept, since a thief may still be reading it.
  *
- * Source: Chase, Lev 2005; memory orders after Le, Pop, Cohen, Zappa Nardelli 2013, figure 1, with these differences.
- * Where they put a sequentially consistent fence between two accesses, the accesses themselves are sequentially
- * consistent (the same instructions on x86, and thread sanitizer understands them):
- * - The last job may be wanted by the owner and a thief at once. take() writes bottom, then reads top; steal() reads top,
- *   then bottom. In the single order of these four either the thief sees the lowered bottom and leaves, or the owner sees
- *   the raised top; if the owner sees top == bottom it goes through the same compare-exchange as the thief: one wins.
+ * Source: Chase, Lev 2005; memory orders after Le, Pop, Cohen, Zappa Nardelli 2013, figure 1, with these
+ * differences. Where they put a sequentially consistent fence between two accesses, the accesses themselves
+ * are sequentially consistent (the same instructions on x86, and thread sanitizer understands them):
+ *
+ * - The last job may be wanted by the owner and a thief at once. take() writes bottom, then reads top; steal()
+ *   reads top, then bottom. In the single order of these four either the thief sees the lowered bottom and
+ *   leaves, or the owner sees the raised top; if the owner sees top == bottom it goes through the same
+ *   compare-exchange as the thief: one wins.
  * - push() writes the slot, then bottom; a thief that reads this bottom (which acquires) sees the slot.
- * - A thief reads the slot before it owns it. The owner reuses a slot only after reading a top beyond it. Top never
- *   returns to a value, so the thief's compare-exchange then fails, and what it read is dropped. Slots are atomic words,
- *   so that this read is no data race.
+ * - A thief reads the slot before it owns it. The owner reuses a slot only after reading a top beyond it. Top
+ *   never returns to a value, so the thief's compare-exchange then fails, and what it read is dropped. Slots
+ *   are atomic words, so that this read is no data race.
  * - push() is sequentially consistent because the pool reads its mask of sleeping workers next: see jobs.c. */
 
 #include <stdalign.h>

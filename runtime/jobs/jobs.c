@@ -1,11 +1,13 @@
-/* The pool: one Chase-Lev deque a worker, one mutex-guarded queue for the GPU lane, one sleeping place a worker.
+/* The pool: one Chase-Lev deque a worker, one mutex-guarded queue for the GPU lane, one sleeping place a
+ * worker.
  *
- * No wake-up is lost. Who sleeps first sets its bit in `parked` (and in `waiting` when it waits for a counter), then
- * looks at the deques, the lane and its counter once more. Who submits or finishes first publishes, then reads the mask.
- * All four are sequentially consistent, so at least one of the two sees the other.
+ * No wake-up is lost. Who sleeps first sets its bit in `parked` (and in `waiting` when it waits for a
+ * counter), then looks at the deques, the lane and its counter once more. Who submits or finishes first
+ * publishes, then reads the mask. All four are sequentially consistent, so at least one of the two sees the
+ * other.
  *
- * Finished jobs of one counter are subtracted together, before a job of another counter begins or the worker runs dry:
- * the counter could not have become zero earlier, and workers do not fight for its cache line. */
+ * Finished jobs of one counter are subtracted together, before a job of another counter begins or the worker
+ * runs dry: the counter could not have become zero earlier, and workers do not fight for its cache line. */
 #include "runtime/jobs/jobs.h"
 
 #include <assert.h>
@@ -22,8 +24,8 @@ enum {
     MAX_WORKERS = 64,
     DEQUE_SIZE = 1024,
     LANE_SIZE = 64,
-    SPIN_NS = 20000,        /* about the price of a sleep and a wake-up: longer would waste more than it saves */
-    MAX_PAUSES = 32,        /* looking at a busy deque takes its cache line away: look less often when nothing comes */
+    SPIN_NS = 20000, /* about the price of a sleep and a wake-up: longer would waste more than it saves */
+    MAX_PAUSES = 32, /* looking at a deque takes its cache line away: look less often when nothing comes */
     PIECES_PER_WORKER = 16, /* of a parallel_for with automatic grain */
 };
 
@@ -36,8 +38,8 @@ typedef struct job_worker {
     kd_jobs *jobs;
     uint32_t index;
     uint32_t victim; /* where to steal next */
-    /* A lone job is stolen only when it is seen twice at the same place: its owner is most likely about to run it, and a
-     * chain of jobs would wander between caches otherwise. */
+    /* A lone job is stolen only when it is seen twice at the same place: its owner is most likely about to
+     * run it, and a chain of jobs would wander between caches otherwise. */
     int64_t seen_top[MAX_WORKERS];
 } job_worker;
 
@@ -45,9 +47,9 @@ struct kd_jobs {
     alignas(128) _Atomic uint64_t parked; /* bit i: worker i sleeps, or is about to */
     _Atomic uint64_t waiting;             /* bit i: and does so for a counter */
     _Atomic bool stop;
-    kd_job_counter alive; /* workers that have not left yet, without worker 0 */
+    kd_job_counter alive;      /* workers that have not left yet, without worker 0 */
     uint32_t threads, started; /* fewer started only when making the pool failed */
-    bool inside; /* single thread: a job is running */
+    bool inside;               /* single thread: a job is running */
 
     alignas(128) pthread_mutex_t lane_lock;
     job *lane; /* ring, under lane_lock */
@@ -395,8 +397,9 @@ void kd_jobs_run_lane(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter *
 
 /* ---- parallel_for: lazy binary splitting (Tzannes et al. 2010) ---- */
 
-/* Work through [begin, end) grain by grain. Whenever our deque is empty (somebody took what we offered, or nothing is on
- * offer yet), offer the upper half of what remains: without a thief there are as many jobs as halvings, not as grains. */
+/* Work through [begin, end) grain by grain. Whenever our deque is empty (somebody took what we offered, or
+ * nothing is on offer yet), offer the upper half of what remains: without a thief there are as many jobs as
+ * halvings, not as grains. */
 static void run_piece(kd_jobs *jobs, job_worker *w, const job *piece)
 {
     split_frame *frame = piece->user;
@@ -404,7 +407,8 @@ static void run_piece(kd_jobs *jobs, job_worker *w, const job *piece)
     while (begin < end) {
         while (end - begin > frame->grain && job_deque_is_empty(&w->deque)) {
             uint32_t middle = begin + (end - begin) / 2;
-            submit(jobs, &(job){.user = frame, .counter = &frame->counter, .range = middle | (uint64_t)end << 32});
+            submit(jobs,
+                   &(job){.user = frame, .counter = &frame->counter, .range = middle | (uint64_t)end << 32});
             end = middle;
         }
         uint32_t stop = end - begin > frame->grain ? begin + frame->grain : end;

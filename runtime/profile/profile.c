@@ -1,6 +1,6 @@
-/* A series of samples for the frame and two for each system (CPU and GPU clock). Within a frame a system adds to its own
- * sum only; the frame's end, when nothing runs, turns sums into samples, so that no lock is needed and buffers grow only
- * there. */
+/* A series of samples for the frame and two for each system (CPU and GPU clock). Within a frame a system adds
+ * to its own sum only; the frame's end, when nothing runs, turns sums into samples, so that no lock is needed
+ * and buffers grow only there. */
 #include "runtime/profile/profile.h"
 
 #include <assert.h>
@@ -82,7 +82,8 @@ static int compare_ns(const void *a, const void *b)
 
 static kd_profile_stats summarize(const series *s)
 {
-    kd_profile_stats stats = {.max_ms = (double)s->max_ns * 1e-6, .total_ms = (double)s->total_ns * 1e-6, .runs = s->count};
+    kd_profile_stats stats = {
+        .max_ms = (double)s->max_ns * 1e-6, .total_ms = (double)s->total_ns * 1e-6, .runs = s->count};
     size_t n = s->count < s->capacity ? (size_t)s->count : s->capacity;
     uint64_t *sorted = n ? malloc(n * sizeof *sorted) : NULL;
     if (!sorted)
@@ -106,7 +107,8 @@ kd_profile *kd_profile_make(const kd_profile_system *systems, uint32_t count)
     p->zone_count = p->zones ? count : 0;
     bool ok = p->zones && reserve(&p->frame_times);
     for (uint32_t i = 0; i < p->zone_count; i++) {
-        p->zones[i] = (system_zone){.name = strdup(systems[i].name), .phase = systems[i].phase, .gpu = systems[i].gpu};
+        p->zones[i] =
+            (system_zone){.name = strdup(systems[i].name), .phase = systems[i].phase, .gpu = systems[i].gpu};
         ok = ok && p->zones[i].name && reserve(&p->zones[i].cpu_times) &&
              (!systems[i].gpu || reserve(&p->zones[i].gpu_times));
     }

@@ -3,8 +3,9 @@
 
 /* Statistics of a run, system by system.
  *
- * Every system is a zone on a CPU clock; one that records GPU work has GPU times besides, fed when they arrive, and then
- * reports those. CPU time is a system's own: what its worker did for others while it waited is not counted. */
+ * Every system is a zone on a CPU clock; one that records GPU work has GPU times besides, fed when they
+ * arrive, and then reports those. CPU time is a system's own: what its worker did for others while it waited
+ * is not counted. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -24,22 +25,24 @@ typedef struct kd_profile_system {
 kd_profile *kd_profile_make(const kd_profile_system *systems, uint32_t count);
 void kd_profile_destroy(kd_profile *p);
 
-/** Say how GPU times were taken ("timestamps", "finish after each pass"); the table repeats it. The text is copied. */
+/** Say how GPU times were taken ("timestamps", "finish after each pass"); the table repeats it. The text is
+ * copied. */
 void kd_profile_set_clock(kd_profile *p, const char *text);
 
 /* ---- measuring ---- */
 
-/** Begin and end a frame. Threading: the thread that makes frames, while no system runs. Cost: allocates nothing unless
- *  the samples outgrow their buffers, which double. */
+/** Begin and end a frame. Threading: the thread that makes frames, while no system runs. Cost: allocates
+ * nothing unless the samples outgrow their buffers, which double. */
 void kd_profile_frame_begin(kd_profile *p);
 void kd_profile_frame_end(kd_profile *p);
 
-/** Begin and end a system on a worker; zones of one worker nest. `profile` is a kd_profile: the type lets both serve as
- *  hooks of a schedule. Threading: any worker, one at a time for each system. */
+/** Begin and end a system on a worker; zones of one worker nest. `profile` is a kd_profile: the type lets
+ * both serve as hooks of a schedule. Threading: any worker, one at a time for each system. */
 void kd_profile_begin(void *profile, uint32_t system, uint32_t worker);
 void kd_profile_end(void *profile, uint32_t system, uint32_t worker);
 
-/** Feed one GPU time of a system, of this frame or an earlier one. Threading: as frame_begin, or the GPU lane. */
+/** Feed one GPU time of a system, of this frame or an earlier one. Threading: as frame_begin, or the GPU
+ * lane. */
 void kd_profile_gpu(kd_profile *p, uint32_t system, uint64_t ns);
 /** Feed how much memory the last run of a system moved. */
 void kd_profile_bytes(kd_profile *p, uint32_t system, uint64_t bytes);

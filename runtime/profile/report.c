@@ -15,13 +15,13 @@ static int name_width(const kd_profile *p)
     return (int)width;
 }
 
-/* The share is of the sum over all frames: what runs once in a hundred frames counts as much as it costs. A GPU system
- * and a CPU system may run at the same time, so shares can add up to more than 100. */
+/* The share is of the sum over all frames: what runs once in a hundred frames counts as much as it costs. A
+ * GPU system and a CPU system may run at the same time, so shares can add up to more than 100. */
 static void write_row(FILE *out, int width, const kd_profile_system *system, const kd_profile_stats *stats,
                       double all_frames_ms)
 {
-    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %5.1f %%  %8.2f  %6llu\n", width, system->name, system->phase,
-            system->gpu ? "gpu" : "cpu", stats->median_ms, stats->p95_ms, stats->max_ms,
+    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %5.1f %%  %8.2f  %6llu\n", width, system->name,
+            system->phase, system->gpu ? "gpu" : "cpu", stats->median_ms, stats->p95_ms, stats->max_ms,
             all_frames_ms > 0 ? 100 * stats->total_ms / all_frames_ms : 0.0, (double)stats->bytes * 1e-6,
             (unsigned long long)stats->runs);
 }
@@ -30,16 +30,17 @@ void kd_profile_write_table(const kd_profile *p, FILE *out)
 {
     int width = name_width(p);
     kd_profile_stats frame = kd_profile_frame_stats(p);
-    fprintf(out, "%-*s  %-15s  %-5s  %9s  %9s  %9s  %7s  %8s  %6s\n", width, "system", "phase", "where", "median ms",
-            "p95 ms", "max ms", "share", "MB moved", "runs");
+    fprintf(out, "%-*s  %-15s  %-5s  %9s  %9s  %9s  %7s  %8s  %6s\n", width, "system", "phase", "where",
+            "median ms", "p95 ms", "max ms", "share", "MB moved", "runs");
     for (uint32_t i = 0; i < profile_system_count(p); i++) {
         kd_profile_system system = profile_system(p, i);
         kd_profile_stats stats = kd_profile_system_stats(p, i);
         if (stats.runs)
             write_row(out, width, &system, &stats, frame.total_ms);
     }
-    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %7s  %8.2f  %6llu\n", width, "frame", "", "", frame.median_ms,
-            frame.p95_ms, frame.max_ms, "", (double)frame.bytes * 1e-6, (unsigned long long)frame.runs);
+    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %7s  %8.2f  %6llu\n", width, "frame", "", "",
+            frame.median_ms, frame.p95_ms, frame.max_ms, "", (double)frame.bytes * 1e-6,
+            (unsigned long long)frame.runs);
     fprintf(out, "GPU systems by: %s\n", profile_clock(p));
 }
 

@@ -93,9 +93,12 @@ static void printf_keeps_text_longer_than_a_block(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(alloc_gives_aligned_zeroed_bytes),    cmocka_unit_test(alloc_after_reset_is_zeroed_again),
-        cmocka_unit_test(reset_reuses_all_blocks_without_growth), cmocka_unit_test(alloc_never_overlaps_across_blocks),
-        cmocka_unit_test(alloc_refuses_absurd_sizes),          cmocka_unit_test(printf_keeps_text_longer_than_a_block),
+        cmocka_unit_test(alloc_gives_aligned_zeroed_bytes),
+        cmocka_unit_test(alloc_after_reset_is_zeroed_again),
+        cmocka_unit_test(reset_reuses_all_blocks_without_growth),
+        cmocka_unit_test(alloc_never_overlaps_across_blocks),
+        cmocka_unit_test(alloc_refuses_absurd_sizes),
+        cmocka_unit_test(printf_keeps_text_longer_than_a_block),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -214,8 +214,10 @@ static void folder_make_makes_all_levels(void **state)
 static void path_parts_are_found(void **state)
 {
     (void)state;
-    static const char *const folders[][2] = {{"a/b.c", "a"}, {"b.c", "."}, {"/b", "/"}, {"a//b", "a"}, {"a/", "a"}, {"//b", "/"}};
-    static const char *const extensions[][2] = {{"a/b.tar.gz", ".gz"}, {"a.d/b", ""}, {".hidden", ""}, {"x.PNG", ".PNG"}};
+    static const char *const folders[][2] = {{"a/b.c", "a"}, {"b.c", "."}, {"/b", "/"},
+                                             {"a//b", "a"},  {"a/", "a"},  {"//b", "/"}};
+    static const char *const extensions[][2] = {
+        {"a/b.tar.gz", ".gz"}, {"a.d/b", ""}, {".hidden", ""}, {"x.PNG", ".PNG"}};
     char out[32];
     for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++) {
         assert_int_equal(kd_path_folder(out, sizeof out, folders[i][0]), KD_OK);

@@ -37,7 +37,8 @@ KD_COMPONENT_DEFINE(blue, "blue", KD_FIELD_RANGE(blue, value, KD_U32, NULL, 0, 0
 
 static const uint32_t thread_counts[] = {1, 2, 4};
 
-static void quiet(void *user, kd_log_level level, const char *text) {
+static void quiet(void *user, kd_log_level level, const char *text)
+{
     (void)user;
     (void)level;
     (void)text;
@@ -48,17 +49,20 @@ static char trace[256];
 static atomic_int trace_length;
 static atomic_int wrong_worker;
 
-static void clear_trace(void) {
+static void clear_trace(void)
+{
     memset(trace, 0, sizeof trace);
     trace_length = 0;
     wrong_worker = 0;
 }
 
-static void note(kd_system_context *c) {
+static void note(kd_system_context *c)
+{
     trace[atomic_fetch_add(&trace_length, 1)] = *(const char *)c->user;
 }
 
-static void note_on_lane(kd_system_context *c) {
+static void note_on_lane(kd_system_context *c)
+{
     note(c);
     if (c->worker != KD_GPU_LANE || kd_jobs_worker(c->jobs) != KD_GPU_LANE)
         wrong_worker++;
@@ -70,25 +74,29 @@ typedef struct fixture {
     kd_schedule *schedule;
 } fixture;
 
-static fixture make(uint32_t threads) {
+static fixture make(uint32_t threads)
+{
     fixture f = {.world = kd_world_make(), .jobs = kd_jobs_make(threads)};
     f.schedule = kd_schedule_make(f.world, f.jobs, NULL);
     clear_trace();
     return f;
 }
 
-static void destroy(fixture *f) {
+static void destroy(fixture *f)
+{
     kd_schedule_destroy(f->schedule);
     kd_jobs_destroy(f->jobs);
     kd_world_destroy(f->world);
 }
 
-static void add(fixture *f, kd_system_desc desc) {
+static void add(fixture *f, kd_system_desc desc)
+{
     assert_int_equal(kd_schedule_add(f->schedule, &desc), KD_OK);
 }
 
 /* All write red, so the only order is (phase, registration). */
-static void conflicting_systems_run_by_phase_then_registration(void **state) {
+static void conflicting_systems_run_by_phase_then_registration(void **state)
+{
     (void)state;
     for (int t = 0; t < 3; t++) {
         fixture f = make(thread_counts[t]);
@@ -112,7 +120,8 @@ static void conflicting_systems_run_by_phase_then_registration(void **state) {
 
 /* a writes red; b and c read it; d writes it again and must follow both. b and c are free among themselves.
  */
-static void readers_run_between_their_writers(void **state) {
+static void readers_run_between_their_writers(void **state)
+{
     (void)state;
     for (int t = 0; t < 3; t++) {
         fixture f = make(thread_counts[t]);
@@ -136,7 +145,8 @@ static void readers_run_between_their_writers(void **state) {
 static atomic_int here;
 static atomic_int met;
 
-static void meet(kd_system_context *c) {
+static void meet(kd_system_context *c)
+{
     (void)c;
     atomic_fetch_add(&here, 1);
     for (int i = 0; i < 20000 && atomic_load(&here) < 2; i++)
@@ -145,7 +155,8 @@ static void meet(kd_system_context *c) {
 }
 
 /* Each waits inside for the other: both meet only if they run at the same time. */
-static void independent_systems_meet(kd_system_desc a, kd_system_desc b) {
+static void independent_systems_meet(kd_system_desc a, kd_system_desc b)
+{
     fixture f = make(2);
     here = met = 0;
     a.name = "a";
@@ -158,7 +169,8 @@ static void independent_systems_meet(kd_system_desc a, kd_system_desc b) {
     destroy(&f);
 }
 
-static void independent_systems_run_at_the_same_time(void **state) {
+static void independent_systems_run_at_the_same_time(void **state)
+{
     (void)state;
     /* different components of one phase */
     independent_systems_meet((kd_system_desc){.components = {KD_CHANGES(red)}},
@@ -175,7 +187,8 @@ static void independent_systems_run_at_the_same_time(void **state) {
                              (kd_system_desc){.components = {KD_USES(red)}});
 }
 
-static void exclusive_system_separates_all_others(void **state) {
+static void exclusive_system_separates_all_others(void **state)
+{
     (void)state;
     for (int t = 0; t < 3; t++) {
         fixture f = make(thread_counts[t]);
@@ -191,7 +204,8 @@ static void exclusive_system_separates_all_others(void **state) {
 }
 
 /* No conflicts at all, and still the order of (phase, registration) on worker 0. */
-static void gpu_systems_keep_their_order_on_the_lane(void **state) {
+static void gpu_systems_keep_their_order_on_the_lane(void **state)
+{
     (void)state;
     for (int t = 0; t < 3; t++) {
         fixture f = make(thread_counts[t]);
@@ -212,16 +226,19 @@ static void gpu_systems_keep_their_order_on_the_lane(void **state) {
     }
 }
 
-static void spawn_three(kd_system_context *c) {
+static void spawn_three(kd_system_context *c)
+{
     for (uint32_t i = 0; i < 3; i++)
         kd_commands_spawn(c->commands, &KD_VAL(red, {i}), 1);
 }
 
-static void count_entities(kd_system_context *c) {
+static void count_entities(kd_system_context *c)
+{
     *(uint32_t *)c->user = kd_entity_count(c->world);
 }
 
-static void commands_are_merged_at_the_phase_border(void **state) {
+static void commands_are_merged_at_the_phase_border(void **state)
+{
     (void)state;
     for (int t = 0; t < 3; t++) {
         fixture f = make(thread_counts[t]);
@@ -249,7 +266,8 @@ static void commands_are_merged_at_the_phase_border(void **state) {
     }
 }
 
-static void record_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker) {
+static void record_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
     kd_system_context *c = user;
     kd_commands *commands = kd_world_commands(c->world, worker);
     for (uint32_t i = begin; i < end; i++) {
@@ -258,16 +276,19 @@ static void record_rows(void *user, uint32_t begin, uint32_t end, uint32_t worke
     }
 }
 
-static void spawn_in_parallel(kd_system_context *c) {
+static void spawn_in_parallel(kd_system_context *c)
+{
     kd_jobs_parallel_for(c->jobs, 200, 3, record_rows, c);
 }
 
-static void spawn_green(kd_system_context *c) {
+static void spawn_green(kd_system_context *c)
+{
     for (uint32_t i = 0; i < 20; i++)
         kd_commands_spawn(c->commands, &KD_VAL(green, {i}), 1);
 }
 
-static void add_spawners(fixture *f) {
+static void add_spawners(fixture *f)
+{
     add(f, (kd_system_desc){
                .name = "r", .phase = KD_PHASE_SCRIPT, .components = {KD_CHANGES(red)}, .run = spawn_three});
     add(f, (kd_system_desc){
@@ -280,7 +301,8 @@ static void add_spawners(fixture *f) {
                .name = "n", .phase = KD_PHASE_ANIMATE, .components = {KD_CHANGES(red)}, .run = spawn_three});
 }
 
-static uint64_t checksum_after_frames(uint32_t threads, uint64_t seed) {
+static uint64_t checksum_after_frames(uint32_t threads, uint64_t seed)
+{
     fixture f = make(threads);
     add_spawners(&f);
     kd_schedule_randomize(f.schedule, seed);
@@ -294,7 +316,8 @@ static uint64_t checksum_after_frames(uint32_t threads, uint64_t seed) {
 
 /* Systems that spawn side by side, one of them from a parallel loop: same entities, same order, whatever the
  * threads. */
-static void world_is_equal_at_any_thread_count_and_order(void **state) {
+static void world_is_equal_at_any_thread_count_and_order(void **state)
+{
     (void)state;
     uint64_t expected = checksum_after_frames(1, 0);
     for (int round = 0; round < 5; round++)
@@ -306,7 +329,8 @@ static void world_is_equal_at_any_thread_count_and_order(void **state) {
 
 /* r -> s conflict, the others are free; 5 systems in one phase with that one constraint have 60 legal orders.
  */
-static void randomize_shuffles_only_what_is_free(void **state) {
+static void randomize_shuffles_only_what_is_free(void **state)
+{
     (void)state;
     char first[16] = "";
     int changes = 0;
@@ -339,12 +363,14 @@ static void randomize_shuffles_only_what_is_free(void **state) {
     assert_true(changes > 10); /* of 40 from one seed to the next; a fixed order would give 1 */
 }
 
-static bool never(kd_system_context *c) {
+static bool never(kd_system_context *c)
+{
     (void)c;
     return false;
 }
 
-static void skipped_systems_still_release_their_successors(void **state) {
+static void skipped_systems_still_release_their_successors(void **state)
+{
     (void)state;
     for (int t = 0; t < 3; t++) {
         fixture f = make(thread_counts[t]);
@@ -366,17 +392,20 @@ static void skipped_systems_still_release_their_successors(void **state) {
     }
 }
 
-static kd_status init_ok(kd_system_context *c) {
+static kd_status init_ok(kd_system_context *c)
+{
     note_on_lane(c);
     return KD_OK;
 }
 
-static kd_status init_bad(kd_system_context *c) {
+static kd_status init_bad(kd_system_context *c)
+{
     (void)c;
     return KD_GPU;
 }
 
-static void init_runs_in_order_and_fini_in_reverse(void **state) {
+static void init_runs_in_order_and_fini_in_reverse(void **state)
+{
     (void)state;
     fixture f = make(2);
     static char names[] = "a\0b\0c";
@@ -394,7 +423,8 @@ static void init_runs_in_order_and_fini_in_reverse(void **state) {
     assert_string_equal(trace, "cba");
 }
 
-static void failed_init_stops_and_undoes_only_what_was_done(void **state) {
+static void failed_init_stops_and_undoes_only_what_was_done(void **state)
+{
     (void)state;
     fixture f = make(2);
     add(&f, (kd_system_desc){.name = "a", .run = note, .init = init_ok, .fini = note, .user = "a"});
@@ -407,7 +437,8 @@ static void failed_init_stops_and_undoes_only_what_was_done(void **state) {
     assert_string_equal(trace, "a");
 }
 
-static void use_scratch(kd_system_context *c) {
+static void use_scratch(kd_system_context *c)
+{
     memset(kd_arena_alloc(c->scratch, 1000), 1, 1000);
     assert_true(c->scratch->used_bytes <
                 3000); /* two systems a frame at most, rounded up: emptied every frame */
@@ -415,21 +446,24 @@ static void use_scratch(kd_system_context *c) {
 
 static atomic_int begun, ended;
 
-static void count_begin(void *user, uint32_t system, uint32_t worker) {
+static void count_begin(void *user, uint32_t system, uint32_t worker)
+{
     (void)user;
     (void)system;
     (void)worker;
     begun++;
 }
 
-static void count_end(void *user, uint32_t system, uint32_t worker) {
+static void count_end(void *user, uint32_t system, uint32_t worker)
+{
     (void)user;
     (void)system;
     (void)worker;
     ended++;
 }
 
-static void hooks_and_scratch_serve_each_run(void **state) {
+static void hooks_and_scratch_serve_each_run(void **state)
+{
     (void)state;
     fixture f = make(2);
     begun = ended = 0;
@@ -444,7 +478,8 @@ static void hooks_and_scratch_serve_each_run(void **state) {
     destroy(&f);
 }
 
-static void add_refuses_more_systems_than_fit(void **state) {
+static void add_refuses_more_systems_than_fit(void **state)
+{
     (void)state;
     fixture f = make(1);
     for (int i = 0; i < 256; i++)
@@ -465,7 +500,8 @@ static void add_refuses_more_systems_than_fit(void **state) {
 }
 
 /* r -> s -> t conflict in a row: the edge r -> t is implied and not drawn. */
-static void dot_shows_phases_edges_and_barriers(void **state) {
+static void dot_shows_phases_edges_and_barriers(void **state)
+{
     (void)state;
     fixture f = make(1);
     char path[] = "/tmp/kandil_dot_XXXXXX";
@@ -509,7 +545,8 @@ static void dot_shows_phases_edges_and_barriers(void **state) {
     destroy(&f);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(conflicting_systems_run_by_phase_then_registration),
         cmocka_unit_test(readers_run_between_their_writers),

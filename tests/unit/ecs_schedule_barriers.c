@@ -36,29 +36,34 @@ typedef struct step {
 static uint32_t issued[MAX_STEPS], running;
 static struct kd_gpu *const some_gpu = (struct kd_gpu *)&issued;
 
-static void begin(void *user, uint32_t system, uint32_t worker) {
+static void begin(void *user, uint32_t system, uint32_t worker)
+{
     (void)user;
     (void)worker;
     running = system;
 }
 
-static void barrier(void *user, struct kd_gpu *gpu, uint32_t uses) {
+static void barrier(void *user, struct kd_gpu *gpu, uint32_t uses)
+{
     (void)user;
     assert_ptr_equal(gpu, some_gpu);
     assert_int_not_equal(uses, 0);
     issued[running] |= uses;
 }
 
-static void nothing(kd_system_context *c) {
+static void nothing(kd_system_context *c)
+{
     assert_ptr_equal(c->gpu, some_gpu);
 }
 
 static uint32_t skip_mask;
-static bool not_skipped(kd_system_context *c) {
+static bool not_skipped(kd_system_context *c)
+{
     return !(skip_mask >> (uintptr_t)c->user & 1);
 }
 
-static kd_schedule *make(kd_world *w, kd_jobs *jobs, const step *steps, uint32_t count) {
+static kd_schedule *make(kd_world *w, kd_jobs *jobs, const step *steps, uint32_t count)
+{
     kd_schedule *s = kd_schedule_make(w, jobs, some_gpu);
     for (uint32_t i = 0; i < count; i++) {
         kd_system_desc desc = {.name = "step",
@@ -73,7 +78,8 @@ static kd_schedule *make(kd_world *w, kd_jobs *jobs, const step *steps, uint32_t
     return s;
 }
 
-static void check(const step *steps, uint32_t count) {
+static void check(const step *steps, uint32_t count)
+{
     kd_world *w = kd_world_make();
     kd_jobs *jobs = kd_jobs_make(2);
     kd_schedule *s = make(w, jobs, steps, count);
@@ -94,7 +100,8 @@ static void check(const step *steps, uint32_t count) {
 
 /* The reader needs the bit of its own use. In the next frame the writer writes over what was read: a barrier
  * of the writer's kind. */
-static void reader_gets_the_bit_of_its_use(void **state) {
+static void reader_gets_the_bit_of_its_use(void **state)
+{
     (void)state;
     CHECK({{{"a", SW}}, 0, SW}, {{{"a", SAMPLED}}, SAMPLED, SAMPLED});
     CHECK({{{"a", IW}}, 0, IW}, {{{"a", INDIRECT}}, INDIRECT, INDIRECT});
@@ -102,14 +109,16 @@ static void reader_gets_the_bit_of_its_use(void **state) {
 }
 
 /* The second reader with the same bit finds everything visible; one with another bit does not. */
-static void second_reader_of_a_kind_needs_none(void **state) {
+static void second_reader_of_a_kind_needs_none(void **state)
+{
     (void)state;
     CHECK({{{"a", SW}}, 0, SW}, {{{"a", SAMPLED}}, SAMPLED, SAMPLED}, {{{"a", SAMPLED}}, 0, 0},
           {{{"a", INDIRECT}}, INDIRECT, INDIRECT}, {{{"a", SAMPLED | INDIRECT}}, 0, 0});
 }
 
 /* a and b are both written before the barrier for a: it serves b too. c is written behind it. */
-static void one_barrier_serves_all_earlier_writes(void **state) {
+static void one_barrier_serves_all_earlier_writes(void **state)
+{
     (void)state;
     CHECK({{{"a", IW}}, 0, IW}, /* steady: behind last frame's samples of a */
           {{{"b", IW}}, 0, 0},  /* steady: the barrier just before serves b's last samples as well */
@@ -122,7 +131,8 @@ static void one_barrier_serves_all_earlier_writes(void **state) {
 
 /* Storage reads and writes share one barrier bit: behind a barrier for a read, a write of the same kind is in
  * order too unless something was read since. Each of the two writers in a row needs a barrier. */
-static void writes_after_writes_need_a_barrier(void **state) {
+static void writes_after_writes_need_a_barrier(void **state)
+{
     (void)state;
     CHECK({{{"a", SW}}, 0, SW}, {{{"a", SW}}, SW, SW});
     CHECK({{{"a", SW}}, 0, SW}, {{{"a", IW}}, IW, IW});
@@ -131,7 +141,8 @@ static void writes_after_writes_need_a_barrier(void **state) {
 
 /* b is read through a sampler and written as storage later: the write needs a storage barrier, the sampling
  * none, since frame 1 has nothing written; from then on the sampling needs its own. */
-static void writes_after_reads_need_a_barrier(void **state) {
+static void writes_after_reads_need_a_barrier(void **state)
+{
     (void)state;
     CHECK({{{"b", SAMPLED}}, 0, SAMPLED}, {{{"b", SW}}, SW, SW});
     /* A storage barrier between the two, for another resource, is enough. Steady: step 0 samples what step 3
@@ -142,7 +153,8 @@ static void writes_after_reads_need_a_barrier(void **state) {
 
 /* Rendering, then sampling, then rendering: GL keeps these in order. Likewise copies into what shaders read.
  */
-static void rendering_and_copies_order_themselves(void **state) {
+static void rendering_and_copies_order_themselves(void **state)
+{
     (void)state;
     CHECK({{{"p", TARGET}}, 0, 0}, {{{"p", SAMPLED}}, 0, 0}, {{{"p", TARGET}}, 0, 0});
     CHECK({{{"u", COPY_W}}, 0, 0}, {{{"u", KD_USE_UNIFORM}}, 0, 0}, {{{"u", SR}}, 0, 0});
@@ -152,7 +164,8 @@ static void rendering_and_copies_order_themselves(void **state) {
 
 /* Last frame's writer (step 2) counts for the first reader of the next frame (step 0). The write to "out"
  * needs none: the image barrier before step 2 came after the last sampling of it. */
-static void last_frame_counts(void **state) {
+static void last_frame_counts(void **state)
+{
     (void)state;
     CHECK({{{"history", SAMPLED}, {"out", IW}}, 0, SAMPLED}, {{{"out", SAMPLED}}, SAMPLED, SAMPLED},
           {{{"history", IW}}, IW, IW});
@@ -160,7 +173,8 @@ static void last_frame_counts(void **state) {
 
 /* Read-modify-write in place, frame after frame: one barrier a frame, and none beyond it for a second
  * in-place pass of another resource that the same barrier serves. */
-static void in_place_passes_follow_each_other(void **state) {
+static void in_place_passes_follow_each_other(void **state)
+{
     (void)state;
     CHECK({{{"a", SR | SW}}, 0, SR | SW});
     CHECK({{{"a", SR | SW}}, 0, SR | SW}, {{{"b", SR | SW}}, 0, 0});
@@ -168,7 +182,8 @@ static void in_place_passes_follow_each_other(void **state) {
 }
 
 /* Reading alone, in any way, needs nothing for ever. */
-static void reads_alone_need_none(void **state) {
+static void reads_alone_need_none(void **state)
+{
     (void)state;
     CHECK({{{"a", SR | SAMPLED}}, 0, 0}, {{{"a", IR}, {"b", COPY_R}}, 0, 0}, {{{"a", KD_USE_VERTEX}}, 0, 0});
 }
@@ -176,7 +191,8 @@ static void reads_alone_need_none(void **state) {
 /* Clear by copy, count with atomics, use as indirect arguments: the usual chain.
  * steady: the clear comes after last frame's shader writes (copy bit), the count after last frame's indirect
  * read of the same memory (storage bit), the draw reads what shaders wrote (indirect bit). */
-static void clear_count_draw(void **state) {
+static void clear_count_draw(void **state)
+{
     (void)state;
     CHECK({{{"args", COPY_W}}, 0, COPY_W}, {{{"args", SW}}, 0, SW},
           {{{"args", INDIRECT}}, INDIRECT, INDIRECT});
@@ -184,7 +200,8 @@ static void clear_count_draw(void **state) {
 
 /* The reader that carried the barrier is skipped: the next reader of the kind must get it. And a writer that
  * is skipped leaves nothing to wait for. */
-static void skipped_systems_pass_their_barrier_on(void **state) {
+static void skipped_systems_pass_their_barrier_on(void **state)
+{
     (void)state;
     const step steps[] = {{{{"a", SW}}, 0, 0}, {{{"a", SAMPLED}}, 0, 0}, {{{"a", SAMPLED}}, 0, 0}};
     kd_world *w = kd_world_make();
@@ -210,13 +227,15 @@ static void skipped_systems_pass_their_barrier_on(void **state) {
     kd_world_destroy(w);
 }
 
-static kd_status init_ok(kd_system_context *c) {
+static kd_status init_ok(kd_system_context *c)
+{
     (void)c;
     return KD_OK;
 }
 
 /* An init may dispatch: what its system writes counts as written before the first frame. */
-static void init_counts_as_a_write(void **state) {
+static void init_counts_as_a_write(void **state)
+{
     (void)state;
     kd_world *w = kd_world_make();
     kd_jobs *jobs = kd_jobs_make(1);
@@ -237,7 +256,8 @@ static void init_counts_as_a_write(void **state) {
     kd_world_destroy(w);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(reader_gets_the_bit_of_its_use),
         cmocka_unit_test(second_reader_of_a_kind_needs_none),

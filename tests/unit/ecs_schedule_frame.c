@@ -33,22 +33,26 @@ extern void *__libc_calloc(size_t count, size_t size);
 extern void *__libc_realloc(void *old, size_t size);
 extern void *__libc_memalign(size_t alignment, size_t size);
 
-void *malloc(size_t size) {
+void *malloc(size_t size)
+{
     allocations++;
     return __libc_malloc(size);
 }
 
-void *calloc(size_t count, size_t size) {
+void *calloc(size_t count, size_t size)
+{
     allocations++;
     return __libc_calloc(count, size);
 }
 
-void *realloc(void *old, size_t size) {
+void *realloc(void *old, size_t size)
+{
     allocations++;
     return __libc_realloc(old, size);
 }
 
-void *aligned_alloc(size_t alignment, size_t size) {
+void *aligned_alloc(size_t alignment, size_t size)
+{
     allocations++;
     return __libc_memalign(alignment, size);
 }
@@ -60,19 +64,22 @@ typedef struct counter {
 KD_COMPONENT_DECLARE(counter);
 KD_COMPONENT_DEFINE(counter, "counter", KD_FIELD_RANGE(counter, value, KD_U32, NULL, 0, 0, "a number"));
 
-static void add_range(void *user, uint32_t begin, uint32_t end, uint32_t worker) {
+static void add_range(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
     (void)worker;
     uint32_t *values = user;
     for (uint32_t i = begin; i < end; i++)
         values[i] += i;
 }
 
-static void busy(kd_system_context *c) {
+static void busy(kd_system_context *c)
+{
     uint32_t *values = KD_ARENA_NEW(c->scratch, uint32_t, 1000);
     kd_jobs_parallel_for(c->jobs, 1000, 50, add_range, values);
 }
 
-static void frames_allocate_nothing(uint32_t threads) {
+static void frames_allocate_nothing(uint32_t threads)
+{
     kd_world *w = kd_world_make();
     kd_jobs *jobs = kd_jobs_make(threads);
     kd_schedule *s = kd_schedule_make(w, jobs, NULL);
@@ -101,14 +108,16 @@ static void frames_allocate_nothing(uint32_t threads) {
     kd_world_destroy(w);
 }
 
-static void steady_frame_allocates_nothing(void **state) {
+static void steady_frame_allocates_nothing(void **state)
+{
     (void)state;
     frames_allocate_nothing(1);
     frames_allocate_nothing(2);
     frames_allocate_nothing(4);
 }
 
-static void counting_works(void **state) {
+static void counting_works(void **state)
+{
     (void)state;
     int before = allocations;
     kd_world *w = kd_world_make();
@@ -116,7 +125,8 @@ static void counting_works(void **state) {
     assert_true(!COUNTS_ALLOCATIONS || allocations > before);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(counting_works),
         cmocka_unit_test(steady_frame_allocates_nothing),

@@ -16,7 +16,8 @@
 static const uint32_t thread_counts[] = {1, 2, 4};
 #define FOR_EACH_POOL(jobs)                                                                                  \
     for (size_t pool_index = 0; pool_index < sizeof thread_counts / sizeof thread_counts[0]; pool_index++)   \
-        for (kd_jobs *jobs = kd_jobs_make(thread_counts[pool_index]); jobs; kd_jobs_destroy(jobs), jobs = NULL)
+        for (kd_jobs *jobs = kd_jobs_make(thread_counts[pool_index]); jobs;                                  \
+             kd_jobs_destroy(jobs), jobs = NULL)
 
 static void sleep_us(long us)
 {
@@ -32,8 +33,7 @@ static void increment(void *user, uint32_t worker)
 static void make_counts_the_calling_thread(void **state)
 {
     (void)state;
-    FOR_EACH_POOL(jobs)
-    {
+    FOR_EACH_POOL (jobs) {
         assert_int_equal(kd_jobs_threads(jobs), thread_counts[pool_index]);
         assert_int_equal(kd_jobs_worker(jobs), 0);
     }
@@ -46,8 +46,7 @@ static void make_counts_the_calling_thread(void **state)
 static void wait_returns_when_all_jobs_ran_once(void **state)
 {
     (void)state;
-    FOR_EACH_POOL(jobs)
-    {
+    FOR_EACH_POOL (jobs) {
         atomic_int ran = 0;
         kd_job_counter counter = {0};
         for (int i = 0; i < 5000; i++) /* more than a ring holds at first */
@@ -66,8 +65,7 @@ static void run_n_runs_each_user_once(void **state)
     static void *users[N];
     for (int i = 0; i < N; i++)
         users[i] = &ran[i];
-    FOR_EACH_POOL(jobs)
-    {
+    FOR_EACH_POOL (jobs) {
         memset(ran, 0, sizeof ran);
         kd_job_counter counter = {0};
         kd_jobs_run_n(jobs, increment, users, N, &counter);
@@ -109,8 +107,7 @@ static void hop(void *user, uint32_t worker)
 static void chain_of_jobs_does_not_nest(void **state)
 {
     (void)state;
-    FOR_EACH_POOL(jobs)
-    {
+    FOR_EACH_POOL (jobs) {
         chain c = {.jobs = jobs, .left = 1000000};
         kd_jobs_run(jobs, hop, &c, &c.counter);
         kd_jobs_wait(jobs, &c.counter);
@@ -142,8 +139,7 @@ static void grow(void *user, uint32_t worker)
 static void nested_waits_help(void **state)
 {
     (void)state;
-    FOR_EACH_POOL(jobs)
-    {
+    FOR_EACH_POOL (jobs) {
         tree root = {.jobs = jobs, .depth = 12};
         kd_job_counter counter = {0};
         kd_jobs_run(jobs, grow, &root, &counter);
@@ -171,11 +167,11 @@ static void parallel_for_covers_every_index_once(void **state)
 {
     (void)state;
     static const uint32_t counts[] = {0, 1, 2, 7, 100, 4096, 100003}, grains[] = {0, 1, 3, 1000, 200000};
-    FOR_EACH_POOL(jobs)
-    {
+    FOR_EACH_POOL (jobs) {
         for (size_t c = 0; c < 7; c++)
             for (size_t g = 0; g < 5; g++) {
-                range_check check = {.count = counts[c], .grain = grains[g], .threads = kd_jobs_threads(jobs)};
+                range_check check = {
+                    .count = counts[c], .grain = grains[g], .threads = kd_jobs_threads(jobs)};
                 check.touched = calloc(counts[c] + 1, 1);
                 kd_jobs_parallel_for(jobs, counts[c], grains[g], touch, &check);
                 for (uint32_t i = 0; i < counts[c]; i++)
@@ -260,8 +256,7 @@ static void submit_all_to_lane(void *user, uint32_t worker)
 static void lane_runs_in_order_on_worker_0_one_at_a_time(void **state)
 {
     (void)state;
-    FOR_EACH_POOL(jobs)
-    {
+    FOR_EACH_POOL (jobs) {
         static lane_log log;
         log = (lane_log){.jobs = jobs};
         kd_job_counter counter = {0};

@@ -1,5 +1,5 @@
-/* Many threads, tiny jobs, everything mixed: written for the thread sanitizer, and to lose a job or a wake-up if one can
- * be lost. */
+/* Many threads, tiny jobs, everything mixed: written for the thread sanitizer, and to lose a job or a wake-up
+ * if one can be lost. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

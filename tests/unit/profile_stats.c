@@ -47,8 +47,8 @@ static void nothing_measured_gives_zeros(void **state)
     kd_profile_destroy(p);
 }
 
-/* Odd: the middle one. Even: between the two in the middle. The 95th of 100 samples 1..100 is 95; of 10 it is the last,
- * since only all ten are at least 95 in 100; of 20 samples 1..20 the nineteenth. */
+/* Odd: the middle one. Even: between the two in the middle. The 95th of 100 samples 1..100 is 95; of 10 it is
+ * the last, since only all ten are at least 95 in 100; of 20 samples 1..20 the nineteenth. */
 static void statistics_of_known_series(void **state)
 {
     (void)state;
@@ -80,8 +80,8 @@ static void statistics_of_known_series(void **state)
     }
 }
 
-/* More samples than are kept: median of the latest 65536, maximum and sum of all. 70000 samples i = 0..69999 us: kept are
- * 4464..69999, their median (4464 + 69999) / 2 = 37231.5 us. */
+/* More samples than are kept: median of the latest 65536, maximum and sum of all. 70000 samples i = 0..69999
+ * us: kept are 4464..69999, their median (4464 + 69999) / 2 = 37231.5 us. */
 static void a_long_run_keeps_the_latest_samples(void **state)
 {
     (void)state;
@@ -102,7 +102,8 @@ static void sleep_ms(long ms)
     nanosleep(&(struct timespec){.tv_nsec = ms * 1000000}, NULL);
 }
 
-/* A sleep lasts at least as long as asked for; upper bounds would depend on the machine, so only sums are compared. */
+/* A sleep lasts at least as long as asked for; upper bounds would depend on the machine, so only sums are
+ * compared. */
 static void cpu_time_is_the_systems_own(void **state)
 {
     (void)state;
@@ -205,14 +206,15 @@ static void json_has_the_members_of_the_statistics_file(void **state)
     kd_json_object_begin(&json);
     kd_profile_write_json(p, &json);
     kd_json_object_end(&json);
-    assert_string_equal(kd_json_text(&json),
-                        "{\"frame_ms\":{\"median\":0,\"p95\":0,\"max\":0},\"systems\":["
-                        "{\"name\":\"animate\",\"phase\":\"animate\",\"where\":\"cpu\",\"median_ms\":0,\"p95_ms\":0,"
-                        "\"max_ms\":0,\"bytes\":0},"
-                        "{\"name\":\"svo_build\",\"phase\":\"svo_build\",\"where\":\"gpu\",\"median_ms\":3,\"p95_ms\":4,"
-                        "\"max_ms\":4,\"bytes\":123456},"
-                        "{\"name\":\"never\",\"phase\":\"view\",\"where\":\"gpu\",\"median_ms\":0,\"p95_ms\":0,"
-                        "\"max_ms\":0,\"bytes\":0}]}");
+    assert_string_equal(
+        kd_json_text(&json),
+        "{\"frame_ms\":{\"median\":0,\"p95\":0,\"max\":0},\"systems\":["
+        "{\"name\":\"animate\",\"phase\":\"animate\",\"where\":\"cpu\",\"median_ms\":0,\"p95_ms\":0,"
+        "\"max_ms\":0,\"bytes\":0},"
+        "{\"name\":\"svo_build\",\"phase\":\"svo_build\",\"where\":\"gpu\",\"median_ms\":3,\"p95_ms\":4,"
+        "\"max_ms\":4,\"bytes\":123456},"
+        "{\"name\":\"never\",\"phase\":\"view\",\"where\":\"gpu\",\"median_ms\":0,\"p95_ms\":0,"
+        "\"max_ms\":0,\"bytes\":0}]}");
     kd_json_fini(&json);
     kd_profile_destroy(p);
 }
