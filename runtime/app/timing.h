@@ -7,6 +7,7 @@
 
 #include "runtime/ecs/system.h"
 #include "runtime/gpu/gpu.h"
+#include "runtime/jobs/jobs.h"
 
 typedef enum app_timing_mode {
     APP_TIMING_OFF,    /* frames only */
