@@ -112,6 +112,14 @@ static kd_system_context make_context(kd_schedule *s, const schedule_system *sys
     };
 }
 
+uint64_t kd_schedule_bytes_moved(kd_schedule *s, uint32_t index)
+{
+    assert(index < s->system_count);
+    kd_system_context context = make_context(s, &s->systems[index], KD_GPU_LANE);
+    uint64_t (*bytes_moved)(const kd_system_context *) = s->systems[index].desc.bytes_moved;
+    return bytes_moved ? bytes_moved(&context) : 0;
+}
+
 static void set_key(kd_schedule *s, uint32_t worker, uint64_t key)
 {
     s->keys[worker] = key;

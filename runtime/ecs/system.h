@@ -100,14 +100,16 @@ typedef struct kd_schedule_hooks {
     void (*begin)(void *user, uint32_t system, uint32_t worker);
     void (*end)(void *user, uint32_t system, uint32_t worker);
     void *user;
-    /* Issue the derived barrier: `uses` are the kd_gpu_use bits by which the next reader touches what was written. */
+    /* Issue the derived barrier, between begin and the system: `uses` are the kd_gpu_use bits by which the next reader touches what was written. */
     void (*barrier)(void *user, struct kd_gpu *gpu, uint32_t uses);
 } kd_schedule_hooks;
 void kd_schedule_set_hooks(kd_schedule *s, const kd_schedule_hooks *hooks);
 
 uint32_t kd_schedule_count(const kd_schedule *s);
 const kd_system_desc *kd_schedule_system(const kd_schedule *s, uint32_t index);
-/** Shuffle legal orders with this seed (tests for missing declarations); 0: the normal order. */
+/** Ask a system how much memory its last run moved; 0 when it cannot tell. Threading: the lane, between frames. */
+uint64_t kd_schedule_bytes_moved(kd_schedule *s, uint32_t index);
+/** Shuffle legal orders with this seed (tests for missing declarations), one system at a time; 0: the normal order. */
 void kd_schedule_randomize(kd_schedule *s, uint64_t seed);
 /** Write the frame's graph in Graphviz's dot format. */
 kd_status kd_schedule_write_dot(const kd_schedule *s, const char *path);

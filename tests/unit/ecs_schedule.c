@@ -462,17 +462,29 @@ static void count_end(void *user, uint32_t system, uint32_t worker)
     ended++;
 }
 
+static uint64_t bytes_of_user(const kd_system_context *c)
+{
+    return *(const uint64_t *)c->user;
+}
+
 static void hooks_and_scratch_serve_each_run(void **state)
 {
     (void)state;
     fixture f = make(2);
     begun = ended = 0;
-    add(&f, (kd_system_desc){.name = "a", .components = {KD_USES(red)}, .run = use_scratch});
+    uint64_t bytes = 123;
+    add(&f, (kd_system_desc){.name = "a",
+                             .components = {KD_USES(red)},
+                             .run = use_scratch,
+                             .bytes_moved = bytes_of_user,
+                             .user = &bytes});
     add(&f, (kd_system_desc){.name = "b", .where = KD_ON_GPU, .run = use_scratch});
     add(&f, (kd_system_desc){.name = "c", .run = use_scratch, .run_if = never});
     kd_schedule_set_hooks(f.schedule, &(kd_schedule_hooks){.begin = count_begin, .end = count_end});
     for (int frame = 0; frame < 10; frame++)
         assert_int_equal(kd_schedule_run(f.schedule), KD_OK);
+    assert_int_equal(kd_schedule_bytes_moved(f.schedule, 0), 123);
+    assert_int_equal(kd_schedule_bytes_moved(f.schedule, 1), 0);
     assert_int_equal(begun, 20);
     assert_int_equal(ended, 20);
     destroy(&f);
