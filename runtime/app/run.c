@@ -97,8 +97,6 @@ static kd_status open_all(run *r)
         status = open_gpu(r);
     if (status == KD_OK)
         status = open_schedule(r);
-    if (status == KD_OK && r->options->graph)
-        status = app_graph_write(r->schedule, r->options->graph);
     return status;
 }
 
@@ -168,6 +166,10 @@ static kd_status finish(run *r, kd_status status)
         written = app_stats_write(r->options->stats, &r->scene, &r->timing, r->gpu, r->jobs, r->done);
         status = written != KD_OK ? written : status;
     }
+    if (r->options->graph && r->done > 0 && (status == KD_OK || status == KD_INTERRUPTED)) {
+        written = app_graph_write(r->schedule, r->options->graph);
+        status = written != KD_OK ? written : status;
+    }
     if (r->options->profile && r->done > 0)
         app_timing_print(&r->timing);
     return status;
@@ -195,7 +197,10 @@ kd_status app_run(const app_options *options)
     kd_status status = open_all(&r);
     if (status == KD_OK) {
         r.frame_count = app_scene_frames(&r.scene, options);
-        status = finish(&r, run_frames(&r));
+        if (options->graph && r.frame_count == 0 && !options->window)
+            status = kd_fail(KD_USAGE, "--graph: %s: the graph is known after a frame; render one at least", options->graph);
+        else
+            status = finish(&r, run_frames(&r));
     }
     close_all(&r);
     if (status == KD_INTERRUPTED)
