@@ -2,9 +2,9 @@
 
 #include <math.h>
 
-/* Skinned vertices and joints that are measured one by one: about half a second. A model that instances more than that is
- * measured on with boxes. */
-#define SKINNED_WORK_MAX (32u << 20)
+/* Vertices and joints that are measured one by one: about half a second. A model that instances more than that is measured
+ * on with boxes. */
+#define WORK_MAX (32u << 20)
 
 typedef struct box { kd_vec3 low, high; } box;
 
@@ -12,7 +12,7 @@ typedef struct measure {
     const kd_model *model;
     kd_mat4 *worlds; /* [node_count] */
     kd_mat4 *joints; /* [largest joint_count] */
-    uint64_t work;   /* against SKINNED_WORK_MAX */
+    uint64_t work;   /* against WORK_MAX */
     box box;
 } measure;
 
@@ -31,6 +31,12 @@ static void add_corners(box *b, const kd_mat4 *world, const kd_primitive_desc *p
     }
 }
 
+static void add_points(box *b, const kd_mat4 *world, const kd_primitive_desc *p)
+{
+    for (uint32_t v = 0; v < p->vertex_count; v++)
+        box_add(b, kd_mat4_point(world, p->positions[v]));
+}
+
 static void add_skinned(box *b, const kd_mat4 *joints, const kd_primitive_desc *p)
 {
     for (uint32_t v = 0; v < p->vertex_count; v++) {
@@ -43,30 +49,41 @@ static void add_skinned(box *b, const kd_mat4 *joints, const kd_primitive_desc *
     }
 }
 
-/* The matrices of a skin in the rest pose; past the budget only the first, which stands for all. Returns whether all are. */
-static bool pose(measure *m, const kd_skin_desc *skin, uint64_t vertices)
+/* Whether `work` more steps stay within the budget. */
+static bool afford(measure *m, uint64_t work)
 {
-    m->work += skin->joint_count + vertices;
-    uint32_t count = m->work <= SKINNED_WORK_MAX ? skin->joint_count : 1;
+    m->work += work;
+    return m->work <= WORK_MAX;
+}
+
+/* The matrices of a skin in the rest pose; past the budget only the first, which stands for all. */
+static void pose(measure *m, const kd_skin_desc *skin, bool whole)
+{
+    uint32_t count = whole ? skin->joint_count : 1;
     for (uint32_t i = 0; i < count; i++)
         m->joints[i] = kd_mat4_mul(&m->worlds[skin->joints[i]], &skin->inverse_bind[i]);
-    return count == skin->joint_count;
 }
 
 static void add_node(measure *m, uint32_t index)
 {
     const kd_node_desc *node = &m->model->nodes[index];
     const kd_mesh_desc *mesh = &m->model->meshes[node->mesh];
-    uint64_t vertices = 0;
+    const kd_skin_desc *skin = node->skin == KD_NONE ? NULL : &m->model->skins[node->skin];
+    uint64_t work = skin ? skin->joint_count : 0;
     for (uint32_t i = 0; i < mesh->primitive_count; i++)
-        vertices += mesh->primitives[i].vertex_count;
-    bool skinned = node->skin != KD_NONE, whole = skinned && pose(m, &m->model->skins[node->skin], vertices);
+        work += mesh->primitives[i].vertex_count;
+    bool whole = afford(m, work);
+    if (skin)
+        pose(m, skin, whole);
     for (uint32_t i = 0; i < mesh->primitive_count; i++) {
         const kd_primitive_desc *p = &mesh->primitives[i];
-        if (whole && p->joints)
+        const kd_mat4 *place = skin && p->joints ? &m->joints[0] : &m->worlds[index];
+        if (!whole)
+            add_corners(&m->box, place, p);
+        else if (skin && p->joints)
             add_skinned(&m->box, m->joints, p);
         else
-            add_corners(&m->box, skinned && p->joints ? &m->joints[0] : &m->worlds[index], p);
+            add_points(&m->box, place, p);
     }
 }
 
