@@ -48,6 +48,7 @@ typedef struct kd_tree {
     kd_gpu_texture radiance, index, nodes, leaves, data;
     uint32_t cascade_count, resolution, dense_resolution;
     float span_m[4];
+    uint64_t leaf_cells, node_count; /* of a recent frame: counts come back without a wait */
     uint64_t static_voxels, dynamic_voxels, cached_voxels, resident_voxels;
     uint64_t cascade_voxels[4], cascade_nodes[4], cascade_bytes[4];
 } kd_tree;

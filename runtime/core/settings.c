@@ -11,7 +11,7 @@
 #define WORD(name, text) text,
 static const char *const layers_words[] = {KD_SVO_LAYERS_LIST(WORD) NULL};
 static const char *const tonemap_words[] = {KD_TONEMAP_LIST(WORD) NULL};
-static const char *const resolution_words[] = {"64", "128", "256", "512", NULL};
+static const char *const resolution_words[] = {"128", "256", "512", NULL};
 
 static const kd_setting_row rows[] = {
 #define ROW(type_, group, name, default_, min_, max_, words_, unit_, doc_)                                   \

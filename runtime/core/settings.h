@@ -31,7 +31,7 @@ typedef enum kd_setting_type { KD_SETTING_BOOL, KD_SETTING_I32, KD_SETTING_F32, 
  * index), or the only values an I32 may have. */
 #define KD_SETTINGS_LIST(X)                                                                                  \
     X(F32, voxels, span, 0.02f, 1e-4, 100, NULL, "m", "edge of a voxel of the finest cascade")               \
-    X(I32, voxels, resolution, 128, 64, 512, resolution_words, "voxels", "voxels a cascade has along an axis") \
+    X(I32, voxels, resolution, 128, 128, 512, resolution_words, "voxels", "voxels a cascade has along an axis") \
     X(I32, voxels, cascades, 3, 1, 4, NULL, NULL, "nested cascades; each doubles the span")                  \
     X(ENUM, svo, layers, KD_SVO_LAYERS_TWO, 0, 1, layers_words, NULL, "keep static voxels apart, or rebuild all") \
     X(I32, cones, count, 6, 3, 16, NULL, NULL, "diffuse cones a pixel")                                      \

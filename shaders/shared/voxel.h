@@ -76,8 +76,8 @@ struct kd_tree_params {
     /* ---- 16 */
     vec4 cascade[KD_MAX_CASCADES]; /* xyz: low corner ws, w: span m */
     /* ---- 80 */
-    uvec4 node_offset;   /* per interior sparse level (7, 8, 9): first word of its slots in the node table */
-    uvec4 data_offset;   /* per interior sparse level: first entry of its filtered data */
+    uvec4 node_offset;   /* x: level 6, y: 7 …: first word of the level's child words in the node table */
+    uvec4 data_offset;   /* x: level 7, y: 8 …: first entry of the level's filtered data */
     uvec4 capacity;      /* x: leaf parents, y: interior nodes a level, z: dynamic sums, w: static leaves */
     /* ---- 128 */
     vec4 light;          /* x: radiance of KD_EMISSION_ONE, y: bounces, zw: 0 */
@@ -89,13 +89,14 @@ KD_LAYOUT_CHECK(kd_tree_params, 144)
 #define KD_COUNT_STATIC 0       /* occupied cells of the static layer */
 #define KD_COUNT_DYNAMIC 1
 #define KD_COUNT_LEVEL 2        /* + level - 6: occupied nodes of that level (6 … 9), all cascades */
-#define KD_COUNT_MASK 8         /* + cascade: occupied leaf cells */
 #define KD_COUNT_WORDS 64
 /* Indirect arguments in the same buffer, three words each. */
 #define KD_ARGS_LEVEL 16        /* + 3 * (level - 6): groups of 64 over the nodes of a level */
 #define KD_ARGS_LEAVES 28       /* groups of 64 over the leaf slots */
 #define KD_ARGS_STATIC 31       /* groups of 64 over the static cells */
 #define KD_ARGS_DYNAMIC 34
+#define KD_ARGS_PREVIOUS 37     /* groups of 64 over the dense nodes of the frame before, and their count */
+#define KD_COUNT_PREVIOUS 40
 
 #include "shaders/shared/layout_end.h"
 

@@ -16,7 +16,6 @@ layout(std140, binding = 0) uniform pass_block {
     uvec4 chunk_size; // xyz: cells, w: mask words
     uvec4 source;     // x: first index, y: base vertex, w: first skin vertex
     uvec4 dest;       // y: first binding, z: KD_VOXEL_*
-    vec4 texel_size;
 } pass;
 
 layout(std430, binding = 0) readonly buffer geometry_block { uint geometry[]; };

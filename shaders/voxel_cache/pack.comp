@@ -9,7 +9,6 @@ layout(std140, binding = 0) uniform pass_block {
     uvec4 chunk_size; // xyz: cells, w: mask words
     uvec4 source;
     uvec4 dest;       // x: first voxel, w: bit 0 double sided
-    vec4 texel_size;
 } pass;
 
 layout(std430, binding = 0) readonly buffer mask_block { uint mask[]; };

@@ -45,12 +45,12 @@ fragment_surface fragment_load(uint triangle, vec3 bary)
     if ((material.maps.x & KD_MAP_BASE_COLOR) != 0u) {
         vec2 a = map_uv(0u, uv_of(i0, 0u), uv_of(i0, 1u)), b = map_uv(0u, uv_of(i1, 0u), uv_of(i1, 1u));
         vec2 c = map_uv(0u, uv_of(i2, 0u), uv_of(i2, 1u));
-        s.base_color *= textureLod(base_color_map, bary.x * a + bary.y * b + bary.z * c, level_of(a, b, c, area2, pass.texel_size.xy));
+        s.base_color *= textureLod(base_color_map, bary.x * a + bary.y * b + bary.z * c, level_of(a, b, c, area2, vec2(textureSize(base_color_map, 0))));
     }
     if ((material.maps.x & KD_MAP_EMISSIVE) != 0u) {
         vec2 a = map_uv(3u, uv_of(i0, 0u), uv_of(i0, 1u)), b = map_uv(3u, uv_of(i1, 0u), uv_of(i1, 1u));
         vec2 c = map_uv(3u, uv_of(i2, 0u), uv_of(i2, 1u));
-        vec3 e = textureLod(emissive_map, bary.x * a + bary.y * b + bary.z * c, level_of(a, b, c, area2, pass.texel_size.zw)).rgb;
+        vec3 e = textureLod(emissive_map, bary.x * a + bary.y * b + bary.z * c, level_of(a, b, c, area2, vec2(textureSize(emissive_map, 0)))).rgb;
         s.emission = dot(e, vec3(1.0 / 3.0));
     }
     return s;

@@ -11,7 +11,6 @@ layout(std140, binding = 0) uniform pass_block {
     uvec4 chunk_size;  // xyz: cells, w: columns of all triangles
     uvec4 source;      // x: first index, y: base vertex, z: triangles, w: first skin vertex or KD_EMPTY
     uvec4 dest;        // x: first voxel, y: first binding, z: KD_VOXEL_*, w: bit 0 double sided, bit 1 has skin
-    vec4 texel_size;   // xy: base colour map in texels, zw: emissive map
 } pass;
 
 layout(std430, binding = 0) readonly buffer geometry_block { uint geometry[]; };

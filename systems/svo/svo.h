@@ -3,6 +3,7 @@
 
 #include "runtime/ecs/system.h"
 
+/** Register systems svo_prepare, svo_build and svo_filter. */
 kd_status kd_svo_import(kd_schedule *s);
 
 #endif

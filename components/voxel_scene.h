@@ -1,0 +1,99 @@
+#ifndef KD_COMPONENTS_VOXEL_SCENE_H
+#define KD_COMPONENTS_VOXEL_SCENE_H
+
+/* Singleton by which the voxel systems meet: where the cascades stand, which voxels are cached, which objects are in which
+ * layer, and the buffers that hold it all. Layouts of the buffers: shaders/shared/voxel.h.
+ *
+ * Two layers: objects that have not moved since they came are static, their cells are kept until the cascades move or the
+ * layer's members change; all others are dynamic and come anew every frame. An object that moves once is dynamic for good,
+ * so what a frame shows depends on the scenario and the frame's number alone. */
+
+#include <stdbool.h>
+
+#include "runtime/core/math.h"
+#include "runtime/ecs/world.h"
+#include "runtime/gpu/gpu.h"
+#include "shaders/shared/voxel.h"
+
+typedef enum kd_voxel_layer { KD_LAYER_STATIC, KD_LAYER_DYNAMIC, KD_LAYER_COUNT } kd_voxel_layer;
+
+/* A part of a primitive's voxels at one span. */
+typedef struct kd_voxel_chunk {
+    kd_vec3 origin;      /* model space */
+    float span;          /* model space, m */
+    uint32_t size[3];    /* cells, at most 1024 each */
+    uint32_t first, count; /* voxels in the cache */
+    uint32_t first_binding; /* KD_EMPTY when rigid */
+} kd_voxel_chunk;
+
+struct kd_primitive_desc;
+
+/* Voxels of one store primitive at one span: one or more chunks. */
+typedef struct kd_voxel_cache {
+    uint32_t primitive;  /* store primitive (rest pose) */
+    const struct kd_primitive_desc *desc;
+    uint32_t kind;       /* KD_VOXEL_* */
+    bool made;           /* its chunks are in the cache */
+    float span;          /* model space */
+    kd_vec3 phase;       /* a point of the voxel lattice, model space */
+    uint32_t first_chunk, chunk_count;
+    uint32_t voxel_count;
+} kd_voxel_cache;
+
+/* One primitive of one entity. Its number is its index; numbers of departed objects are used again. */
+typedef struct kd_voxel_object {
+    kd_entity entity;
+    uint32_t draw_primitive;     /* as the draw list counts it; with the entity the object's key */
+    uint32_t primitive;          /* store primitive (rest pose) */
+    const struct kd_primitive_desc *desc;
+    uint32_t deformed;           /* deformed primitive plus one; 0 rigid */
+    uint32_t kind;               /* KD_VOXEL_* */
+    uint32_t material;
+    bool alive, seen, dynamic;
+    bool becomes_dynamic;        /* moved for the first time: leaves the static layer this frame */
+    bool recache;                /* its segments hold voxels of a cache that no longer fits */
+    bool emission_changed;
+    kd_mat4 model_ws;
+    uint32_t first_matrix;       /* skinned: in this frame's joint palette */
+    kd_vec3 bounds_min_ws, bounds_max_ws;
+    float cached_scale;          /* largest axis scale its caches were made for */
+    uint32_t caches[KD_MAX_CASCADES]; /* kd_voxel_scene.caches plus one; 0: none yet */
+    uint32_t voxels[KD_MAX_CASCADES];
+    uint32_t first_segment[KD_MAX_CASCADES], segment_count[KD_MAX_CASCADES]; /* 0: not included in that cascade */
+} kd_voxel_object;
+
+/* A layer's pages: fixed segments of 1024 voxels, each owned by one object. */
+typedef struct kd_voxel_pages {
+    uint32_t page_count, segment_count; /* pages made, segments in use */
+    uint64_t voxel_count;               /* in the segments in use */
+    kd_gpu_buffer segments;             /* kd_voxel_segment [page_count * KD_PAGE_SEGMENTS] */
+    kd_gpu_buffer stacks;               /* per page: top, then KD_PAGE_SEGMENTS free slots */
+    kd_gpu_buffer voxels;               /* 3 words a voxel: cell, fraction, normal */
+    bool changed;                       /* members changed this frame */
+} kd_voxel_pages;
+
+typedef struct kd_voxel_scene {
+    uint32_t cascade_count, resolution, resolution_log2;
+    float span_m;
+    bool one_layer;                      /* svo.layers = one: everything is dynamic */
+    float span[KD_MAX_CASCADES];
+    kd_vec3 origin_ws[KD_MAX_CASCADES];  /* low corners */
+    bool moved;                          /* the cascades moved this frame */
+    bool static_changed;                 /* moved, or static members or their emission changed: rebuild that layer */
+
+    kd_voxel_cache *caches;
+    kd_voxel_chunk *chunks;
+    kd_voxel_object *objects;
+    uint32_t cache_count, chunk_count, object_count;
+    uint32_t cached_voxels, cached_bindings;
+    float brightest_emission;            /* radiance of KD_EMISSION_ONE */
+
+    kd_gpu_buffer cache_shape, cache_color, cache_binding; /* "voxels.cache" */
+    kd_gpu_buffer chunk_params, object_params;             /* "voxels.objects" */
+    kd_voxel_pages pages[KD_LAYER_COUNT];                  /* "voxels.pages" */
+
+    void *internal;                                        /* of system voxel_pages */
+} kd_voxel_scene;
+KD_COMPONENT_DECLARE(kd_voxel_scene);
+
+#endif

@@ -1,0 +1,43 @@
+// What a cell of one layer holds, and its packing into 16 bytes.
+struct cell_attributes {
+    vec3 albedo;
+    vec3 normal;        // length below 1 where surfaces of several directions meet
+    vec3 emission;      // relative to the scene's brightest
+    float double_sided; // share
+    uint weight;        // coverage, 256 a whole voxel
+};
+
+uvec4 cell_attributes_pack(cell_attributes a)
+{
+    uvec3 albedo = uvec3(round(clamp(a.albedo, 0.0, 1.0) * 1023.0));
+    uint normal = packSnorm4x8(vec4(a.normal, 0.0)) & 0xFFFFFFu;
+    // One shared scale keeps dim emission next to bright: 3 x 9 bits and the power of two in 5.
+    float top = max(max(a.emission.r, a.emission.g), max(a.emission.b, 1e-9));
+    float exponent = clamp(ceil(log2(top)), -31.0, 0.0);
+    uvec3 e = uvec3(round(clamp(a.emission * exp2(-exponent), 0.0, 1.0) * 511.0));
+    return uvec4(albedo.x | albedo.y << 10 | albedo.z << 20, normal | uint(round(a.double_sided * 255.0)) << 24,
+                 e.x | e.y << 9 | e.z << 18 | uint(-exponent) << 27, a.weight);
+}
+
+cell_attributes cell_attributes_unpack(uvec4 w)
+{
+    cell_attributes a;
+    a.albedo = vec3(w.x & 1023u, (w.x >> 10) & 1023u, (w.x >> 20) & 1023u) / 1023.0;
+    a.normal = unpackSnorm4x8(w.y).xyz;
+    a.double_sided = float(w.y >> 24) / 255.0;
+    a.emission = vec3(w.z & 511u, (w.z >> 9) & 511u, (w.z >> 18) & 511u) * (exp2(-float(w.z >> 27)) / 511.0);
+    a.weight = w.w;
+    return a;
+}
+
+// Two layers in one cell: the mean by coverage.
+cell_attributes cell_attributes_merge(cell_attributes a, cell_attributes b)
+{
+    float wa = float(a.weight), wb = float(b.weight), inverse = 1.0 / max(wa + wb, 1.0);
+    a.albedo = (a.albedo * wa + b.albedo * wb) * inverse;
+    a.normal = (a.normal * wa + b.normal * wb) * inverse;
+    a.emission = (a.emission * wa + b.emission * wb) * inverse;
+    a.double_sided = (a.double_sided * wa + b.double_sided * wb) * inverse;
+    a.weight += b.weight;
+    return a;
+}

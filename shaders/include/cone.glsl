@@ -1,0 +1,48 @@
+// Tracing one cone through the octree, front to back, as emission and absorption: over a step of length s through matter of
+// optical depth d per metre and radiance S, the light gained is T (1 - exp(-d s)) S and T falls by exp(-d s).
+
+#include "shaders/include/tree.glsl"
+
+struct cone_settings {
+    float step;         // in diameters
+    float max_distance; // m
+    float falloff;      // of occlusion with distance, 1/m
+};
+
+struct cone_result {
+    vec3 radiance;
+    float transmittance;
+    float occlusion;    // weighted by 1 / (1 + falloff t)
+};
+
+// `smooth_levels`: blend between two levels (four linear interpolations); without it the nearest level above is taken, which
+// is seamless where step lengths put every sample on a level of its own.
+cone_result cone_trace(vec3 origin_ws, vec3 direction, float tan_half, float start, float dither, cone_settings settings)
+{
+    cone_result r = cone_result(vec3(0.0), 1.0, 0.0);
+    float span = tree.cascade[0].w;
+    float t = start;
+    int k = 0;
+    for (int i = 0; i < 96; i++) {
+        vec3 p = origin_ws + direction * t;
+        k = tree_cascade_at(p, 0.5);
+        if (k == tree_cascades() || t > settings.max_distance || r.transmittance < 0.01)
+            break;
+        float diameter = max(2.0 * tan_half * t, span * float(1 << k));
+        float lod = log2(diameter / span);
+        int low = int(floor(lod));
+        float blend = lod - float(low);
+        vec4 v = tree_sample(k, low, p, direction);
+        if (blend > 0.03)
+            v = mix(v, tree_sample(k, low + 1, p, direction), blend);
+        float s = settings.step * diameter;
+        float through = exp(-v.a * s);
+        float gained = r.transmittance * (1.0 - through);
+        if (v.a > 0.0)
+            r.radiance += gained * (v.rgb / v.a);
+        r.occlusion += gained / (1.0 + settings.falloff * t);
+        r.transmittance *= through;
+        t += s;
+    }
+    return r;
+}

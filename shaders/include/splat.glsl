@@ -1,0 +1,69 @@
+// Coverage of a transformed voxel: a box as large as a cell, shared out over the 2x2x2 cells that it touches by trilinear
+// weights. The weights of a voxel add up to 256, so a surface keeps its optical depth while it moves through the grid, and
+// changes without steps. A voxel that falls on a cell covers that cell alone.
+
+#include "shaders/include/tree_params.glsl"
+#include "shaders/include/voxel_pack.glsl"
+
+// Shares below this (of 256) leave no mark: they would double the cells for less than a thirtieth of the light.
+#define SPLAT_MIN_WEIGHT 8u
+
+struct splat {
+    ivec3 cell;     // low cell of the block, may be -1
+    uvec3 fraction; // share of the far cells, of 256
+};
+
+// position: of the voxel's centre, in cells from the cascade's low corner
+splat splat_at(vec3 position)
+{
+    splat s;
+    vec3 low = floor(position - 0.5);
+    s.cell = ivec3(low);
+    s.fraction = uvec3((position - 0.5 - low) * 256.0 + 0.5);
+    for (int k = 0; k < 3; k++) {
+        if (s.fraction[k] > 248u) {
+            s.cell[k]++;
+            s.fraction[k] = 0u;
+        } else if (s.fraction[k] < 8u) {
+            s.fraction[k] = 0u;
+        }
+    }
+    return s;
+}
+
+// Share of corner i (bit 0 x, bit 1 y, bit 2 z) of the block, of 256.
+uint splat_weight(splat s, uint i)
+{
+    uvec3 w = mix(256u - s.fraction, s.fraction, notEqual(uvec3(i, i >> 1, i >> 2) & 1u, uvec3(0u)));
+    return (w.x * w.y * w.z) >> 16;
+}
+
+ivec3 splat_cell(splat s, uint i)
+{
+    return s.cell + ivec3(uvec3(i, i >> 1, i >> 2) & 1u);
+}
+
+// Does cascade c own this cell?
+bool splat_owned(uint c, ivec3 cell)
+{
+    return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, ivec3(int(tree.info.y)))) && !in_finer_cascade(c, cell);
+}
+
+// Page words of a splat: cells from -1 are stored one higher.
+uint splat_pack_cell(splat s)
+{
+    return cell_pack(uvec3(s.cell + 1));
+}
+
+uint splat_pack_fraction(splat s)
+{
+    return s.fraction.x | (s.fraction.y << 8) | (s.fraction.z << 16);
+}
+
+splat splat_unpack(uint cell, uint fraction)
+{
+    splat s;
+    s.cell = ivec3(cell_unpack(cell)) - 1;
+    s.fraction = uvec3(fraction, fraction >> 8, fraction >> 16) & 255u;
+    return s;
+}

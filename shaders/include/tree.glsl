@@ -1,0 +1,126 @@
+#ifndef KD_INCLUDE_TREE_GLSL
+#define KD_INCLUDE_TREE_GLSL
+
+// Sampling the octree. Values are (tau S, tau), see tree_node.glsl; lod 0 is the finest cascade's voxel edge, each step
+// doubles it. Programs are compiled for a number of sparse levels: KD_SPARSE_LEVELS (1: leaves right below the dense cells).
+//
+// Which cells hold a size at a place: the finest cascade k that covers the place has leaves at lod k, sparse nodes above
+// them and dense cells from lod k + KD_SPARSE_LEVELS on; beyond that every coarser cascade's dense cells follow, which hold
+// the finer cascades' averages in their central half, and above the outermost its mips.
+
+#include "shaders/include/tree_params.glsl"
+#include "shaders/include/tree_node.glsl"
+
+layout(binding = KD_UNIT_TREE_RADIANCE) uniform sampler3D tree_atlas;
+layout(binding = KD_UNIT_TREE_INDEX) uniform usamplerBuffer tree_index;
+layout(binding = KD_UNIT_TREE_NODES) uniform usamplerBuffer tree_nodes;
+layout(binding = KD_UNIT_TREE_LEAVES) uniform usamplerBuffer tree_leaves;
+layout(binding = KD_UNIT_TREE_DATA) uniform usamplerBuffer tree_data;
+
+int tree_cascades() { return int(tree.info.x); }
+int tree_resolution() { return int(tree.info.y); }
+
+// Finest cascade that covers p with `margin` of its dense cells to spare; tree_cascades() when none does.
+int tree_cascade_at(vec3 p_ws, float margin)
+{
+    int c = 0;
+    float cells = float(KD_DENSE);
+    for (; c < tree_cascades(); c++) {
+        vec3 p = (p_ws - tree.cascade[c].xyz) / (tree.cascade[c].w * float(1 << KD_SPARSE_LEVELS));
+        if (all(greaterThan(p, vec3(margin))) && all(lessThan(p, vec3(cells - margin))))
+            break;
+    }
+    return c;
+}
+
+// Node of a dense cell, KD_EMPTY when there is nothing in it.
+uint tree_dense_node(int c, ivec3 cell)
+{
+    return texelFetch(tree_index, ((c * KD_DENSE + cell.z) * KD_DENSE + cell.y) * KD_DENSE + cell.x).r;
+}
+
+int tree_octant(ivec3 cell, int shift)
+{
+    ivec3 o = (cell >> shift) & 1;
+    return o.x | o.y << 1 | o.z << 2;
+}
+
+// The cell of a sparse level: `level` 0 are leaves, 1 … KD_SPARSE_LEVELS - 1 the nodes above them. Cells of that level's size.
+vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 weight)
+{
+    int shift = KD_SPARSE_LEVELS - level;
+    uint node = tree_dense_node(c, cell >> shift);
+    for (int l = 0; l < KD_SPARSE_LEVELS - 1; l++) {
+        shift--;
+        if (node == KD_EMPTY || shift == 0)
+            break;
+        node = texelFetch(tree_nodes, int(tree.node_offset[l] + node * 8u) + tree_octant(cell, shift)).r;
+    }
+    if (node == KD_EMPTY)
+        return vec4(0.0);
+    if (level == 0)
+        return leaf_unpack(texelFetch(tree_leaves, int(node) * 8 + tree_octant(cell, 0)).rg);
+#if KD_SPARSE_LEVELS > 1
+    node = texelFetch(tree_nodes, int(tree.node_offset[KD_SPARSE_LEVELS - level - 1] + node * 8u) + tree_octant(cell, 0)).r;
+    if (node == KD_EMPTY)
+        return vec4(0.0);
+    node_value n = node_unpack(texelFetch(tree_data, int(tree.data_offset[KD_SPARSE_LEVELS - level - 1] + node)).rg);
+    float depth = dot(n.depth, weight);
+    return vec4(n.radiance * depth, depth);
+#else
+    return vec4(0.0);
+#endif
+}
+
+// Trilinear by hand over the eight cells round p (Yalciner 2016, section 4.6).
+vec4 tree_sample_sparse(int c, int level, vec3 p_ws, vec3 weight)
+{
+    vec3 p = (p_ws - tree.cascade[c].xyz) / (tree.cascade[c].w * float(1 << level)) - 0.5;
+    ivec3 low = ivec3(floor(p));
+    vec3 f = p - vec3(low);
+    int top = (tree_resolution() >> level) - 1;
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < 8; i++) {
+        ivec3 o = ivec3(i, i >> 1, i >> 2) & 1;
+        vec3 w = mix(1.0 - f, f, vec3(o));
+        sum += (w.x * w.y * w.z) * tree_fetch_sparse(c, level, clamp(low + o, ivec3(0), ivec3(top)), weight);
+    }
+    return sum;
+}
+
+// One direction's block of the atlas: dense cells of cascade c (mip 0), or level `mip` above the outermost. Coordinates are
+// kept half a cell inside the block, so that filtering does not reach its neighbours.
+vec4 tree_sample_block(int c, int mip, vec3 cell, int direction)
+{
+    float size = float(KD_DENSE >> mip);
+    float y = mip == 0 ? 0.0 : float(KD_DENSE - (2 * KD_DENSE >> mip));
+    float z = mip == 0 ? float(c * KD_DENSE) : float(tree_cascades() * KD_DENSE);
+    vec3 at = clamp(cell, vec3(0.5), vec3(size - 0.5)) + vec3(float(direction * KD_DENSE), y, z);
+    return textureLod(tree_atlas, at / vec3(textureSize(tree_atlas, 0)), 0.0);
+}
+
+vec4 tree_sample_dense(int c, int mip, vec3 p_ws, vec3 direction)
+{
+    float edge = tree.cascade[c].w * float(1 << (KD_SPARSE_LEVELS + mip));
+    vec3 cell = (p_ws - tree.cascade[c].xyz) / edge;
+    vec3 weight = abs(direction);
+    return weight.x * tree_sample_block(c, mip, cell, direction.x < 0.0 ? 1 : 0) +
+           weight.y * tree_sample_block(c, mip, cell, direction.y < 0.0 ? 3 : 2) +
+           weight.z * tree_sample_block(c, mip, cell, direction.z < 0.0 ? 5 : 4);
+}
+
+// Value at integral lod in a place whose finest cascade is k (lod >= k), per metre of the ray's path.
+vec4 tree_sample(int k, int lod, vec3 p_ws, vec3 direction)
+{
+    lod = min(lod, tree_cascades() - 1 + KD_SPARSE_LEVELS + KD_DENSE_MIPS);
+    vec4 v;
+    if (lod < k + KD_SPARSE_LEVELS) {
+        v = tree_sample_sparse(k, lod - k, p_ws, abs(direction));
+    } else {
+        int c = min(lod - KD_SPARSE_LEVELS, tree_cascades() - 1);
+        v = tree_sample_dense(c, max(lod - KD_SPARSE_LEVELS - c, 0), p_ws, direction);
+    }
+    return v / (tree.cascade[0].w * exp2(float(lod)));
+}
+
+#endif

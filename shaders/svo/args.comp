@@ -1,0 +1,23 @@
+// Indirect arguments from the counters: groups of 64 over the nodes of each level, the leaf slots and the cells of layers.
+layout(local_size_x = 1) in;
+
+#include "shaders/shared/voxel.h"
+
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents - 6, y: capacity of nodes a level, z: of dynamic, w: of static cells
+layout(std430, binding = 0) buffer counters_block { uint counters[]; };
+
+void write_args(uint at, uint count)
+{
+    counters[at] = (count + 63u) / 64u;
+    counters[at + 1u] = 1u;
+    counters[at + 2u] = 1u;
+}
+
+void main()
+{
+    for (uint level = 0u; level < 4u; level++)
+        write_args(KD_ARGS_LEVEL + 3u * level, min(counters[KD_COUNT_LEVEL + level], pass.y));
+    write_args(KD_ARGS_LEAVES, 8u * min(counters[KD_COUNT_LEVEL + pass.x], pass.y));
+    write_args(KD_ARGS_DYNAMIC, min(counters[KD_COUNT_DYNAMIC], pass.z));
+    write_args(KD_ARGS_STATIC, min(counters[KD_COUNT_STATIC], pass.w));
+}

@@ -1,0 +1,39 @@
+// The eight children of a node, whatever they are: leaves, or sparse nodes reached through the node table.
+
+#include "shaders/include/tree_node.glsl"
+
+layout(std430, binding = 2) readonly buffer leaves_block { uvec2 leaves[]; };
+layout(std430, binding = 3) readonly buffer nodes_block { uint nodes[]; };
+layout(std430, binding = 4) buffer data_block { uvec2 data[]; };
+
+node_value child[8];
+
+void load_leaves(uint node)
+{
+    for (uint i = 0u; i < 8u; i++)
+        child[i] = leaf_value(leaves[node * 8u + i]);
+}
+
+void load_nodes(uint node, uint first_slot, uint first_data)
+{
+    for (uint i = 0u; i < 8u; i++) {
+        uint word = nodes[first_slot + node * 8u + i];
+        if (word == KD_EMPTY)
+            child[i] = node_value(vec3(0.0), vec3(0.0));
+        else
+            child[i] = node_unpack(data[first_data + word]);
+    }
+}
+
+// What a ray along `axis` (0 x, 1 y, 2 z), backwards when `reverse`, sees of the eight: (tau S, tau).
+vec4 along(uint axis, bool reverse)
+{
+    uint step = 1u << axis, a = 1u << ((axis + 1u) % 3u), b = 1u << ((axis + 2u) % 3u);
+    vec4 sum = vec4(0.0);
+    for (uint k = 0u; k < 4u; k++) {
+        uint low = (k & 1u) * a + (k >> 1) * b;
+        uint front = reverse ? low + step : low, back = reverse ? low : low + step;
+        sum += behind(child[front].radiance, child[front].depth[axis], child[back].radiance, child[back].depth[axis]);
+    }
+    return column_mean(sum);
+}

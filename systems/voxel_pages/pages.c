@@ -1,0 +1,361 @@
+/* System voxel_pages: brings segments of objects into and out of the pages of their layer as cascades move, objects come,
+ * go or move for the first time. The CPU decides who is in and makes pages enough; the GPU hands out the slots. */
+#include "systems/voxel_pages/voxel_pages.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "components/frame.h"
+#include "components/scene_store.h"
+#include "runtime/core/arena.h"
+#include "runtime/core/log.h"
+#include "systems/voxel_pages/objects.h"
+#include "systems/voxel_pages/placement.h"
+
+typedef struct segment_request {
+    struct kd_voxel_segment segment;
+    uint32_t id, spare[3];
+} segment_request;
+
+/* A growing list that keeps its memory between frames. */
+typedef struct list {
+    void *items;
+    uint32_t count, capacity;
+} list;
+
+typedef struct layer_pages {
+    kd_gpu_buffer slots; /* slot of every segment id */
+    uint32_t id_count;
+    list in, out;        /* segment_request, uint32_t ids */
+    list free_ids;       /* ids to use again */
+} layer_pages;
+
+typedef struct pages_state {
+    kd_gpu_program allocate, free;
+    kd_gpu_buffer requests;
+    layer_pages layers[KD_LAYER_COUNT];
+    list ids;  /* ids of an object's segments: kd_voxel_object.first_segment points here */
+    struct kd_voxel_object_params *params;
+    uint32_t params_capacity;
+    uint32_t revision_static; /* of emission, see below */
+    kd_gpu_buffer empty;
+} pages_state;
+
+static void *list_push(list *l, size_t size)
+{
+    if (l->count == l->capacity) {
+        uint32_t capacity = l->capacity ? l->capacity * 2 : 64;
+        void *grown = realloc(l->items, capacity * size);
+        if (!grown)
+            return NULL;
+        l->items = grown;
+        l->capacity = capacity;
+    }
+    return (char *)l->items + size * l->count++;
+}
+
+static kd_voxel_layer layer_of(const kd_voxel_object *o)
+{
+    return o->dynamic ? KD_LAYER_DYNAMIC : KD_LAYER_STATIC;
+}
+
+static bool take_id(layer_pages *layer, uint32_t *id)
+{
+    if (layer->free_ids.count) {
+        *id = ((uint32_t *)layer->free_ids.items)[--layer->free_ids.count];
+        return true;
+    }
+    *id = layer->id_count++;
+    return true;
+}
+
+static void include_chunk(pages_state *state, kd_voxel_scene *scene, uint32_t object, uint32_t c, uint32_t chunk)
+{
+    const kd_voxel_chunk *ch = &scene->chunks[chunk];
+    kd_voxel_object *o = &scene->objects[object];
+    layer_pages *layer = &state->layers[layer_of(o)];
+    kd_voxel_pages *pages = &scene->pages[layer_of(o)];
+    for (uint32_t at = 0; at < ch->count; at += KD_SEGMENT_VOXELS) {
+        uint32_t count = ch->count - at < KD_SEGMENT_VOXELS ? ch->count - at : KD_SEGMENT_VOXELS;
+        segment_request *r = list_push(&layer->in, sizeof *r);
+        uint32_t *id = list_push(&state->ids, sizeof *id);
+        if (!r || !id || !take_id(layer, id))
+            return;
+        *r = (segment_request){.segment = {object, ch->first + at, count, chunk | c << 28}, .id = *id};
+        o->segment_count[c]++;
+        pages->segment_count++;
+        pages->voxel_count += count;
+    }
+}
+
+static void include(pages_state *state, kd_voxel_scene *scene, uint32_t object, uint32_t c)
+{
+    kd_voxel_object *o = &scene->objects[object];
+    if (!o->caches[c])
+        return;
+    const kd_voxel_cache *cache = &scene->caches[o->caches[c] - 1];
+    if (!cache->made || cache->voxel_count == 0)
+        return;
+    o->first_segment[c] = state->ids.count;
+    o->voxels[c] = cache->voxel_count;
+    for (uint32_t i = 0; i < cache->chunk_count; i++)
+        include_chunk(state, scene, object, c, cache->first_chunk + i);
+    scene->pages[layer_of(o)].changed = true;
+}
+
+static void exclude(pages_state *state, kd_voxel_scene *scene, kd_voxel_object *o, uint32_t c)
+{
+    layer_pages *layer = &state->layers[layer_of(o)];
+    kd_voxel_pages *pages = &scene->pages[layer_of(o)];
+    const uint32_t *ids = (const uint32_t *)state->ids.items + o->first_segment[c];
+    for (uint32_t i = 0; i < o->segment_count[c]; i++) {
+        uint32_t *out = list_push(&layer->out, sizeof *out), *back = list_push(&layer->free_ids, sizeof *back);
+        if (out)
+            *out = ids[i];
+        if (back)
+            *back = ids[i];
+    }
+    pages->segment_count -= o->segment_count[c];
+    pages->voxel_count -= o->voxels[c];
+    pages->changed = true;
+    o->segment_count[c] = 0;
+    o->voxels[c] = 0;
+}
+
+static void update_object(pages_state *state, kd_voxel_scene *scene, uint32_t index)
+{
+    kd_voxel_object *o = &scene->objects[index];
+    bool leave_all = !o->seen || o->becomes_dynamic || o->recache;
+    for (uint32_t c = 0; c < scene->cascade_count; c++) {
+        bool want = o->seen && o->caches[c] && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws);
+        if (o->segment_count[c] && (leave_all || !want))
+            exclude(state, scene, o, c);
+    }
+    if (o->becomes_dynamic)
+        o->dynamic = true;
+    o->becomes_dynamic = o->recache = false;
+    for (uint32_t c = 0; c < scene->cascade_count; c++)
+        if (o->seen && !o->segment_count[c] && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
+            include(state, scene, index, c);
+}
+
+/* Ids lie in one list; when most of it is stale it is rewritten without the gaps. */
+static void compact_ids(pages_state *state, kd_voxel_scene *scene)
+{
+    uint32_t live = scene->pages[0].segment_count + scene->pages[1].segment_count;
+    if (state->ids.count < 4096 || state->ids.count < live * 3)
+        return;
+    uint32_t *fresh = malloc(((size_t)live + 1) * sizeof *fresh), at = 0;
+    if (!fresh)
+        return;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        kd_voxel_object *o = &scene->objects[i];
+        for (uint32_t c = 0; o->alive && c < scene->cascade_count; c++) {
+            memcpy(fresh + at, (uint32_t *)state->ids.items + o->first_segment[c], o->segment_count[c] * sizeof *fresh);
+            o->first_segment[c] = at;
+            at += o->segment_count[c];
+        }
+    }
+    free(state->ids.items);
+    state->ids = (list){fresh, at, live + 1};
+}
+
+/* ---- GPU side ---- */
+
+static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages)
+{
+    uint32_t need = (pages->segment_count + KD_PAGE_SEGMENTS - 1) / KD_PAGE_SEGMENTS;
+    if (need <= pages->page_count)
+        return KD_OK;
+    uint32_t before = pages->page_count, count = need > before + before / 2 ? need : before + before / 2;
+    size_t stack = (KD_PAGE_SEGMENTS + 1) * 4, segments = KD_PAGE_SEGMENTS * sizeof(struct kd_voxel_segment);
+    kd_status status = kd_gpu_ensure_buffer(gpu, &pages->segments, count * segments, before * segments, "voxels.segments");
+    if (!status)
+        status = kd_gpu_ensure_buffer(gpu, &pages->stacks, count * stack, before * stack, "voxels.stacks");
+    if (!status)
+        status = kd_gpu_ensure_buffer(gpu, &pages->voxels, (size_t)count * KD_PAGE_VOXELS * 12, 0, "voxels.pages");
+    if (status)
+        return status;
+    kd_gpu_fill_buffer(gpu, pages->segments, before * segments, (count - before) * segments, 0);
+    uint32_t full[KD_PAGE_SEGMENTS + 1] = {KD_PAGE_SEGMENTS};
+    for (uint32_t i = 0; i < KD_PAGE_SEGMENTS; i++)
+        full[1 + i] = KD_PAGE_SEGMENTS - 1 - i;
+    for (uint32_t p = before; p < count; p++)
+        kd_gpu_write_buffer(gpu, pages->stacks, p * stack, full, stack);
+    pages->page_count = count;
+    return KD_OK;
+}
+
+static void dispatch_list(kd_gpu *gpu, pages_state *state, kd_gpu_program program, const layer_pages *layer,
+                          const kd_voxel_pages *pages, const list *items, size_t size)
+{
+    if (!items->count || kd_gpu_ensure_buffer(gpu, &state->requests, items->count * size, 0, "voxels.requests"))
+        return;
+    kd_gpu_write_buffer(gpu, state->requests, 0, items->items, items->count * size);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    uint32_t pass[4] = {items->count, pages->page_count, 0, 0};
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, state->requests);
+    kd_gpu_bind_storage(gpu, 1, layer->slots);
+    kd_gpu_bind_storage(gpu, 2, pages->segments);
+    kd_gpu_bind_storage(gpu, 3, pages->stacks);
+    kd_gpu_dispatch(gpu, program, (items->count + 63) / 64, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+}
+
+static void update_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene, uint32_t l)
+{
+    layer_pages *layer = &state->layers[l];
+    kd_voxel_pages *pages = &scene->pages[l];
+    dispatch_list(gpu, state, state->free, layer, pages, &layer->out, 4);
+    if (layer->in.count) {
+        size_t have = layer->slots.id ? kd_gpu_buffer_size(gpu, layer->slots) : 0;
+        kd_status status = make_pages(gpu, pages);
+        if (!status && have < (size_t)layer->id_count * 4)
+            status = kd_gpu_ensure_buffer(gpu, &layer->slots, (size_t)layer->id_count * 8, have, "voxels.slots");
+        if (status)
+            kd_log(KD_LOG_WARNING, "voxel pages: %s; indirect light lacks some objects", kd_status_text(status));
+        else
+            dispatch_list(gpu, state, state->allocate, layer, pages, &layer->in, sizeof(segment_request));
+    }
+    layer->in.count = layer->out.count = 0;
+}
+
+static kd_vec3 emission_of(const kd_scene_store *store, const kd_voxel_object *o)
+{
+    return store->materials[o->material].desc.emissive;
+}
+
+static float brightest(const kd_scene_store *store, const kd_voxel_scene *scene)
+{
+    float best = 0;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        kd_vec3 e = scene->objects[i].alive ? emission_of(store, &scene->objects[i]) : (kd_vec3){0, 0, 0};
+        float m = e.x > e.y ? (e.x > e.z ? e.x : e.z) : (e.y > e.z ? e.y : e.z);
+        best = m > best ? m : best;
+    }
+    return best;
+}
+
+static void fill_params(const kd_scene_store *store, const kd_voxel_scene *scene, const kd_voxel_object *o,
+                        struct kd_voxel_object_params *p)
+{
+    const float *m = o->model_ws.m;
+    for (int r = 0; r < 3; r++)
+        p->model_ws[r] = (kd_gl_vec4){m[r], m[4 + r], m[8 + r], m[12 + r]};
+    /* rows of the cofactor matrix: the inverse transpose up to a factor, and defined for flat matrices too */
+    kd_vec3 x = {m[0], m[1], m[2]}, y = {m[4], m[5], m[6]}, z = {m[8], m[9], m[10]};
+    kd_vec3 cx = kd_vec3_cross(y, z), cy = kd_vec3_cross(z, x), cz = kd_vec3_cross(x, y);
+    float sign = kd_vec3_dot(x, cx) < 0 ? -1.0f : 1.0f;
+    p->normal_ws[0] = (kd_gl_vec4){sign * cx.x, sign * cy.x, sign * cz.x, 0};
+    p->normal_ws[1] = (kd_gl_vec4){sign * cx.y, sign * cy.y, sign * cz.y, 0};
+    p->normal_ws[2] = (kd_gl_vec4){sign * cx.z, sign * cy.z, sign * cz.z, 0};
+    const kd_store_primitive *d = o->deformed ? &store->deformed_primitives[o->deformed - 1] : &store->primitives[o->primitive];
+    p->info = (kd_gl_uvec4){o->kind, o->first_matrix, store->primitives[o->primitive].first_index, d->base_vertex};
+    kd_vec3 e = emission_of(store, o);
+    float scale = scene->brightest_emission > 0 ? 1 / scene->brightest_emission : 0;
+    p->emission = (kd_gl_vec4){e.x * scale, e.y * scale, e.z * scale, 0};
+}
+
+/* All parameters go up every frame: 128 bytes an object. A changed emission of a static object rebuilds its layer. */
+static void upload_params(kd_gpu *gpu, pages_state *state, const kd_scene_store *store, kd_voxel_scene *scene)
+{
+    uint32_t n = scene->object_count;
+    if (n > state->params_capacity) {
+        struct kd_voxel_object_params *grown = realloc(state->params, (size_t)n * 2 * sizeof *grown);
+        if (!grown)
+            return;
+        memset(grown, 0, (size_t)n * 2 * sizeof *grown);
+        state->params = grown;
+        state->params_capacity = n * 2;
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        kd_gl_vec4 before = state->params[i].emission;
+        fill_params(store, scene, &scene->objects[i], &state->params[i]);
+        if (!scene->objects[i].dynamic && memcmp(&before, &state->params[i].emission, sizeof before) != 0)
+            scene->static_changed = true;
+    }
+    size_t size = sizeof *state->params;
+    if (n && !kd_gpu_ensure_buffer(gpu, &scene->object_params, (size_t)state->params_capacity * size, 0, "voxels.objects"))
+        kd_gpu_write_buffer(gpu, scene->object_params, 0, state->params, n * size);
+}
+
+static void run(kd_system_context *context)
+{
+    pages_state *state = context->user;
+    kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
+    const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
+    for (uint32_t l = 0; l < KD_LAYER_COUNT; l++)
+        scene->pages[l].changed = false;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        if (!scene->objects[i].alive)
+            continue;
+        update_object(state, scene, i);
+        if (!scene->objects[i].seen)
+            objects_forget(scene->internal, scene, i);
+    }
+    float before = scene->brightest_emission;
+    scene->brightest_emission = brightest(store, scene);
+    scene->static_changed = scene->moved || scene->pages[KD_LAYER_STATIC].changed || before != scene->brightest_emission;
+    upload_params(context->gpu, state, store, scene);
+    for (uint32_t l = 0; l < KD_LAYER_COUNT; l++)
+        update_layer(context->gpu, state, scene, l);
+    compact_ids(state, scene);
+}
+
+static bool gi_is_on(kd_system_context *context)
+{
+    return kd_singleton(context->world, kd_frame)->gi != KD_GI_NONE;
+}
+
+static kd_status init(kd_system_context *context)
+{
+    pages_state *state = context->user;
+    state->allocate = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/allocate.comp"});
+    state->free = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/free.comp"});
+    return state->allocate.id && state->free.id ? KD_OK : KD_GPU;
+}
+
+static void fini(kd_system_context *context)
+{
+    pages_state *state = context->user;
+    kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
+    kd_gpu_destroy_program(context->gpu, state->allocate);
+    kd_gpu_destroy_program(context->gpu, state->free);
+    kd_gpu_destroy_buffer(context->gpu, state->requests);
+    kd_gpu_destroy_buffer(context->gpu, scene->object_params);
+    for (uint32_t l = 0; l < KD_LAYER_COUNT; l++) {
+        layer_pages *layer = &state->layers[l];
+        kd_gpu_destroy_buffer(context->gpu, layer->slots);
+        kd_gpu_destroy_buffer(context->gpu, scene->pages[l].segments);
+        kd_gpu_destroy_buffer(context->gpu, scene->pages[l].stacks);
+        kd_gpu_destroy_buffer(context->gpu, scene->pages[l].voxels);
+        scene->pages[l] = (kd_voxel_pages){0};
+        free(layer->in.items);
+        free(layer->out.items);
+        free(layer->free_ids.items);
+    }
+    free(state->ids.items);
+    free(state->params);
+    free(state);
+}
+
+kd_status kd_voxel_pages_import(kd_schedule *s)
+{
+    pages_state *state = calloc(1, sizeof *state);
+    if (!state)
+        return KD_NO_MEMORY;
+    return kd_schedule_add(s, &(kd_system_desc){
+                                  .name = "voxel_pages",
+                                  .phase = KD_PHASE_VOXEL_IO,
+                                  .where = KD_ON_GPU,
+                                  .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame)},
+                                  .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
+                                                {"voxels.objects", KD_USE_COPY_WRITE}},
+                                  .run_if = gi_is_on,
+                                  .run = run,
+                                  .init = init,
+                                  .fini = fini,
+                                  .user = state,
+                              });
+}

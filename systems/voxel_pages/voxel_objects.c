@@ -1,0 +1,170 @@
+/* System voxel_objects: once a frame, on the CPU, places the cascades, enters what the draw list shows into the table of
+ * voxel objects, decides layer and cascades of each, and asks for the caches that are missing. */
+#include "systems/voxel_pages/voxel_pages.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "components/camera.h"
+#include "components/frame.h"
+#include "components/transform.h"
+#include "runtime/core/log.h"
+#include "systems/voxel_pages/objects.h"
+#include "systems/voxel_pages/placement.h"
+
+/* Part of the finest cascade's half extent by which its centre goes ahead of the camera: what lies behind the viewer
+ * needs fewer fine voxels than what is in front. */
+#define AHEAD 0.5f
+
+static uint32_t log2_of(uint32_t v)
+{
+    uint32_t l = 0;
+    while ((1u << l) < v)
+        l++;
+    return l;
+}
+
+static void apply_settings(kd_voxel_scene *scene, const kd_settings *settings)
+{
+    if (scene->resolution)
+        return; /* for good: buffers and caches follow from them */
+    scene->cascade_count = (uint32_t)settings->voxels_cascades;
+    scene->resolution = (uint32_t)settings->voxels_resolution;
+    scene->resolution_log2 = log2_of(scene->resolution);
+    scene->span_m = settings->voxels_span;
+    scene->one_layer = settings->svo_layers == KD_SVO_LAYERS_ONE;
+    for (uint32_t c = 0; c < scene->cascade_count; c++)
+        scene->span[c] = scene->span_m * (float)(1u << c);
+}
+
+static float largest_scale(const kd_mat4 *m)
+{
+    float best = 0;
+    for (int c = 0; c < 3; c++)
+        best = fmaxf(best, kd_vec3_length((kd_vec3){m->m[c * 4], m->m[c * 4 + 1], m->m[c * 4 + 2]}));
+    return best;
+}
+
+/* Skinned vertices go from model space to the world through joints: the largest of their mean stretches counts. */
+static float skin_scale(const kd_joint_palette *palette, const kd_skin_instance *skin, uint32_t joints)
+{
+    float best = 0;
+    for (uint32_t j = 0; j < joints && skin->first_matrix + j < palette->count; j++) {
+        const kd_vec4 *r = palette->rows[skin->first_matrix + j];
+        float det = r[0].x * (r[1].y * r[2].z - r[1].z * r[2].y) - r[0].y * (r[1].x * r[2].z - r[1].z * r[2].x) +
+                    r[0].z * (r[1].x * r[2].y - r[1].y * r[2].x);
+        best = fmaxf(best, cbrtf(fabsf(det)));
+    }
+    return best;
+}
+
+static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_draw *draw, const kd_mesh_instance *mi)
+{
+    const kd_store_mesh *mesh = &store->meshes[mi->mesh];
+    const kd_store_deformed *deformed = draw->deformed ? &store->deformed[mi->deformed - 1] : NULL;
+    uint32_t local = draw->primitive - (deformed ? deformed->first_primitive : mesh->first_primitive);
+    const kd_skin_instance *skin = kd_find(w, draw->entity, kd_skin_instance);
+    voxel_sight s = {.entity = draw->entity,
+                     .draw_primitive = draw->primitive,
+                     .primitive = mesh->first_primitive + local,
+                     .deformed = deformed ? draw->primitive + 1 : 0,
+                     .kind = !deformed ? KD_VOXEL_RIGID : skin && mesh->skinned ? KD_VOXEL_SKINNED : KD_VOXEL_ATTACHED,
+                     .desc = &mesh->desc->primitives[local],
+                     .model_ws = KD_MAT4_IDENTITY,
+                     .bounds_min_ws = draw->bounds_min_ws,
+                     .bounds_max_ws = draw->bounds_max_ws};
+    s.material = mi->material ? mi->material - 1 : store->primitives[s.primitive].material;
+    if (s.kind == KD_VOXEL_SKINNED) {
+        s.first_matrix = skin->first_matrix;
+        s.scale = skin_scale(kd_singleton(w, kd_joint_palette), skin, store->skins[skin->skin].joint_count);
+        return s;
+    }
+    const kd_world_transform *world = kd_find(w, draw->entity, kd_world_transform);
+    if (world)
+        s.model_ws = world->matrix;
+    s.scale = largest_scale(&s.model_ws);
+    return s;
+}
+
+static bool usable(const voxel_sight *s)
+{
+    return s->desc->index_count && isfinite(s->scale) && s->scale > 1e-6f && isfinite(s->bounds_min_ws.x + s->bounds_max_ws.x);
+}
+
+static void see_everything(kd_system_context *context, voxel_objects *table, kd_voxel_scene *scene)
+{
+    kd_world *w = context->world;
+    const kd_draw_list *list = kd_singleton(w, kd_draw_list);
+    const kd_scene_store *store = kd_singleton(w, kd_scene_store);
+    for (uint32_t i = 0; i < scene->object_count; i++)
+        scene->objects[i].seen = false;
+    for (uint32_t i = 0; i < list->draw_count; i++) {
+        const kd_mesh_instance *mi = kd_find(w, list->draws[i].entity, kd_mesh_instance);
+        if (!mi || mi->no_voxels)
+            continue;
+        voxel_sight s = sight_of(w, store, &list->draws[i], mi);
+        if (usable(&s) && objects_see(table, scene, &s) != KD_OK) {
+            kd_log(KD_LOG_WARNING, "out of memory for voxel objects; indirect light lacks some");
+            return;
+        }
+    }
+}
+
+static void want_caches(voxel_objects *table, kd_voxel_scene *scene)
+{
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        kd_voxel_object *o = &scene->objects[i];
+        for (uint32_t c = 0; o->alive && o->seen && c < scene->cascade_count; c++)
+            if (!o->caches[c] && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
+                objects_want_cache(table, scene, o, o->desc, c);
+    }
+}
+
+static void run(kd_system_context *context)
+{
+    voxel_objects *table = context->user;
+    kd_world *w = context->world;
+    kd_voxel_scene *scene = kd_singleton(w, kd_voxel_scene);
+    const kd_frame *frame = kd_singleton(w, kd_frame);
+    const kd_draw_list *list = kd_singleton(w, kd_draw_list);
+    const kd_view *view = kd_singleton(w, kd_view);
+    apply_settings(scene, &frame->settings);
+    float ahead = AHEAD * 0.5f * (float)scene->resolution * scene->span[0];
+    kd_vec3 focus = kd_vec3_add(view->position_ws, kd_vec3_scale(view->forward_ws, ahead));
+    placement_update(scene, focus, list->bounds_min_ws, list->bounds_max_ws);
+    see_everything(context, table, scene);
+    want_caches(table, scene);
+    scene->internal = table;
+}
+
+static bool gi_is_on(kd_system_context *context)
+{
+    return kd_singleton(context->world, kd_frame)->gi != KD_GI_NONE;
+}
+
+static void fini(kd_system_context *context)
+{
+    voxel_objects *table = context->user;
+    objects_fini(table, kd_singleton(context->world, kd_voxel_scene));
+    free(table);
+}
+
+kd_status kd_voxel_objects_import(kd_schedule *s)
+{
+    voxel_objects *table = calloc(1, sizeof *table);
+    if (!table)
+        return KD_NO_MEMORY;
+    return kd_schedule_add(s, &(kd_system_desc){
+                                  .name = "voxel_objects",
+                                  .phase = KD_PHASE_VOXEL_IO,
+                                  .where = KD_ON_CPU,
+                                  .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_draw_list), KD_USES(kd_scene_store),
+                                                 KD_USES(kd_view), KD_USES(kd_frame), KD_USES(kd_mesh_instance),
+                                                 KD_USES(kd_skin_instance), KD_USES(kd_world_transform),
+                                                 KD_USES(kd_joint_palette)},
+                                  .run_if = gi_is_on,
+                                  .run = run,
+                                  .fini = fini,
+                                  .user = table,
+                              });
+}
