@@ -64,15 +64,18 @@ static void frame_model(app_scene *scene, const app_survey *s)
         add_camera(scene, kd_vec3_add(middle, kd_vec3_scale(s->open_side, away)), middle, ORBIT_FOV_Y, away);
         return;
     }
-    float away = fitting_distance(scene, radius, ORBIT_FOV_Y);
+    float away = fitting_distance(scene, radius * 0.92f, ORBIT_FOV_Y); /* boxes seldom fill their spheres */
     kd_vec3 side = kd_vec3_normalize((kd_vec3){0.55f, 0.38f, 1}, (kd_vec3){0, 0, 1}); /* three quarters, from above */
     add_camera(scene, kd_vec3_add(middle, kd_vec3_scale(side, away)), middle, ORBIT_FOV_Y, away);
 }
 
-static void add_sun(app_scene *scene)
+/* Into a hall it shines steeply, so that it reaches the floor and one of the long sides through an open roof. */
+static void add_sun(app_scene *scene, const app_survey *s)
 {
     kd_world *w = scene->world;
     kd_vec3 from = {0.45f, 1, 0.35f};
+    if (s->hall)
+        from = fabsf(s->target.x - s->eye.x) > fabsf(s->target.z - s->eye.z) ? (kd_vec3){0.3f, 1, 0.18f} : (kd_vec3){0.18f, 1, 0.3f};
     kd_entity e = kd_spawn(w, KD_VAL(kd_transform, {.rotation = look_at(from, (kd_vec3){0, 0, 0}), .scale = {1, 1, 1}}),
                            KD_TAG(kd_world_transform),
                            KD_VAL(kd_light, {.type = KD_DIRECTIONAL, .color = {1, 0.97f, 0.92f}, .intensity = SUN_LX}));
@@ -118,7 +121,7 @@ kd_status app_scene_load_model(app_scene *scene, const char *path)
     if (!survey.has_camera)
         frame_model(scene, &survey);
     if (!survey.has_light && !survey.has_emissive)
-        add_sun(scene);
+        add_sun(scene, &survey);
     if (!survey.hall && !survey.open_box && !survey.has_animation && !survey.has_camera)
         scene->turntable = root;
     return KD_OK;
