@@ -24,13 +24,14 @@ void main()
     s.metallic = m.y;
     s.roughness = m.z;
     vec3 v = vec3(sqrt(1.0 - m.w * m.w), 0.0, m.w);
-    float phi = (float(gl_LocalInvocationIndex) + 0.5) / float(PHI) * BRDF_PI; /* the other half is its mirror image */
+    float t = (float(gl_LocalInvocationIndex) + 0.5) / float(PHI);
+    float phi = BRDF_PI * (1.0 - t * t); /* finer where lobes are, opposite to v; the other half is its mirror image */
     float column = 0.0;
     for (int i = 0; i < THETA; i++) {
         float theta = (float(i) + 0.5) / float(THETA) * (0.5 * BRDF_PI);
         column += brdf_direct(s, v, vec3(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta))).r * sin(theta);
     }
-    columns[gl_LocalInvocationIndex] = column;
+    columns[gl_LocalInvocationIndex] = column * 2.0 * t; /* d phi */
     barrier();
     if (gl_LocalInvocationIndex != 0u)
         return;
