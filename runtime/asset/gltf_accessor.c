@@ -1,5 +1,6 @@
-/* Accessors: a count, a type and a place in a buffer, each of which may lie. An accessor is checked when first used, once,
- * with arithmetic that cannot overflow; a sparse one becomes a dense copy. After that reading needs no checks. */
+/* Accessors: a count, a type and a place in a buffer, each of which may lie. An accessor is checked when
+ * first used, once, with arithmetic that cannot overflow; a sparse one becomes a dense copy. After that
+ * reading needs no checks. */
 
 #include <math.h>
 #include <stdio.h>
@@ -7,7 +8,8 @@
 
 #include "runtime/asset/gltf_loader.h"
 
-static const uint8_t zero_element[64]; /* what an accessor without a view holds: 64 bytes are the widest element */
+/* What an accessor without a view holds; no element is wider than 64 bytes. */
+static const uint8_t zero_element[64];
 
 static uint32_t component_bytes(int component)
 {
@@ -22,7 +24,8 @@ static uint32_t component_bytes(int component)
     }
 }
 
-/* Bytes of an element. Columns of a matrix start at multiples of four bytes; only floats are read from matrices here. */
+/* Bytes of an element. Columns of a matrix start at multiples of four bytes; only floats are read from
+ * matrices here. */
 static uint32_t element_bytes(const gltf_accessor *a)
 {
     return component_bytes(a->component) * (uint32_t)a->width;
@@ -34,8 +37,8 @@ static kd_status accessor_fail(gltf_loader *l, const char *where, int accessor, 
 }
 
 /* Find `count` elements of `size` bytes in a view. */
-static kd_status locate(gltf_loader *l, int accessor, const char *where, int view, uint64_t offset, uint64_t count,
-                        uint32_t size, gltf_span *out)
+static kd_status locate(gltf_loader *l, int accessor, const char *where, int view, uint64_t offset,
+                        uint64_t count, uint32_t size, gltf_span *out)
 {
     if (view < 0 || (size_t)view >= l->doc.view_count)
         return accessor_fail(l, where, accessor, "the buffer view does not exist");
@@ -45,7 +48,8 @@ static kd_status locate(gltf_loader *l, int accessor, const char *where, int vie
     uint64_t stride = v->stride ? v->stride : size;
     if (stride < size)
         return accessor_fail(l, where, accessor, "the stride is smaller than an element");
-    if (offset > v->length || (count && (v->length - offset < size || count - 1 > (v->length - offset - size) / stride)))
+    if (offset > v->length ||
+        (count && (v->length - offset < size || count - 1 > (v->length - offset - size) / stride)))
         return accessor_fail(l, where, accessor, "the elements reach beyond the buffer view");
     out->base = l->doc.buffers[v->buffer].bytes + v->offset + offset;
     out->stride = (size_t)stride;
@@ -75,7 +79,8 @@ static kd_status make_dense(gltf_loader *l, int accessor, const char *where, glt
     const gltf_accessor *a = &l->doc.accessors[accessor];
     uint32_t size = element_bytes(a), index_size = component_bytes(a->sparse_index_component);
     if (a->sparse_count < 1 || (uint64_t)a->sparse_count > a->count)
-        return accessor_fail(l, where, accessor, "the sparse count is not between 1 and the accessor's count");
+        return accessor_fail(l, where, accessor,
+                             "the sparse count is not between 1 and the accessor's count");
     if (a->sparse_index_offset < 0 || a->sparse_value_offset < 0)
         return accessor_fail(l, where, accessor, "a sparse offset is negative");
     if (a->sparse_index_component == GLTF_FLOAT || a->sparse_index_component == GLTF_BYTE ||
@@ -83,9 +88,11 @@ static kd_status make_dense(gltf_loader *l, int accessor, const char *where, glt
         return accessor_fail(l, where, accessor, "the sparse indices are not unsigned integers");
     gltf_span indices = {0}, values = {0};
     uint64_t n = (uint64_t)a->sparse_count;
-    kd_status status = locate(l, accessor, where, a->sparse_index_view, (uint64_t)a->sparse_index_offset, n, index_size, &indices);
+    kd_status status = locate(l, accessor, where, a->sparse_index_view, (uint64_t)a->sparse_index_offset, n,
+                              index_size, &indices);
     if (!status)
-        status = locate(l, accessor, where, a->sparse_value_view, (uint64_t)a->sparse_value_offset, n, size, &values);
+        status = locate(l, accessor, where, a->sparse_value_view, (uint64_t)a->sparse_value_offset, n, size,
+                        &values);
     uint8_t *dense;
     if (!status)
         status = gltf_alloc(l, &l->scratch, span->count, size, &dense);
@@ -116,9 +123,13 @@ static kd_status check_accessor(gltf_loader *l, int accessor, const char *where,
     if (a->count < 1)
         return accessor_fail(l, where, accessor, "the count is zero");
     if (a->count > GLTF_VERTICES_MAX)
-        return gltf_fail(l, KD_TOO_LARGE, "%llu elements are more than the limit of %u (%s, accessor %d); split the mesh",
+        return gltf_fail(l, KD_TOO_LARGE,
+                         "%llu elements are more than the limit of %u (%s, accessor %d); split the mesh",
                          (unsigned long long)a->count, GLTF_VERTICES_MAX, where, accessor);
-    *span = (gltf_span){.base = zero_element, .count = (uint32_t)a->count, .component = a->component, .width = a->width,
+    *span = (gltf_span){.base = zero_element,
+                        .count = (uint32_t)a->count,
+                        .component = a->component,
+                        .width = a->width,
                         .normalized = a->normalized};
     kd_status status = KD_OK;
     if (a->view != -1)
@@ -131,7 +142,8 @@ static kd_status check_accessor(gltf_loader *l, int accessor, const char *where,
 kd_status gltf_span_of(gltf_loader *l, int accessor, const char *where, gltf_span *out)
 {
     if (accessor < 0 || (size_t)accessor >= l->doc.accessor_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no accessor %d (%s); export the model again", accessor, where);
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no accessor %d (%s); export the model again", accessor,
+                         where);
     gltf_span *span = &l->spans[accessor];
     if (!span->base) {
         kd_status status = check_accessor(l, accessor, where, span);
@@ -154,15 +166,17 @@ static float read_component(const uint8_t *p, int component, bool normalized)
     switch (component) {
     case GLTF_BYTE: return normalized ? fmaxf((float)(int8_t)*p / 127.0f, -1) : (float)(int8_t)*p;
     case GLTF_UBYTE: return normalized ? (float)*p / 255.0f : (float)*p;
-    case GLTF_SHORT: memcpy(&s16, p, sizeof s16); return normalized ? fmaxf((float)s16 / 32767.0f, -1) : (float)s16;
+    case GLTF_SHORT:
+        memcpy(&s16, p, sizeof s16);
+        return normalized ? fmaxf((float)s16 / 32767.0f, -1) : (float)s16;
     case GLTF_USHORT: memcpy(&u16, p, sizeof u16); return normalized ? (float)u16 / 65535.0f : (float)u16;
     case GLTF_UINT: memcpy(&u32, p, sizeof u32); return (float)u32;
     default: memcpy(&f32, p, sizeof f32); return f32;
     }
 }
 
-kd_status gltf_read_floats(gltf_loader *l, const gltf_span *span, const uint32_t *select, uint32_t count, float *out,
-                           uint32_t row_floats, const char *where)
+kd_status gltf_read_floats(gltf_loader *l, const gltf_span *span, const uint32_t *select, uint32_t count,
+                           float *out, uint32_t row_floats, const char *where)
 {
     uint32_t width = (uint32_t)span->width < row_floats ? (uint32_t)span->width : row_floats;
     uint32_t bytes = component_bytes(span->component);
@@ -177,7 +191,8 @@ kd_status gltf_read_floats(gltf_loader *l, const gltf_span *span, const uint32_t
                 row[c] = read_component(p + (size_t)c * bytes, span->component, span->normalized);
         for (uint32_t c = 0; c < width; c++)
             if (!isfinite(row[c]))
-                return gltf_fail(l, KD_BAD_FORMAT, "a value is not finite (%s, element %u); export the model again", where,
+                return gltf_fail(l, KD_BAD_FORMAT,
+                                 "a value is not finite (%s, element %u); export the model again", where,
                                  element);
     }
     return KD_OK;

@@ -20,7 +20,8 @@ static int base64_value(char c)
     return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/* Decode until the padding. Returns the bytes written, or SIZE_MAX for a character that does not belong there. */
+/* Decode until the padding. Returns the bytes written, or SIZE_MAX for a character that does not belong
+ * there. */
 static size_t base64_decode(const char *text, size_t length, uint8_t *out)
 {
     size_t written = 0;
@@ -44,7 +45,10 @@ static size_t base64_decode(const char *text, size_t length, uint8_t *out)
 
 static int hex_value(char c)
 {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    return c >= '0' && c <= '9'   ? c - '0'
+           : c >= 'a' && c <= 'f' ? c - 'a' + 10
+           : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                  : -1;
 }
 
 /* Undo %20 and the like (RFC 3986, section 2.1). Returns the bytes written, no more than the text has. */
@@ -62,7 +66,8 @@ static size_t percent_decode(const char *text, uint8_t *out)
     return n;
 }
 
-static kd_status load_data_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes, size_t *size)
+static kd_status load_data_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes,
+                               size_t *size)
 {
     const char *comma = strchr(uri, ',');
     if (!comma)
@@ -76,7 +81,8 @@ static kd_status load_data_uri(gltf_loader *l, const char *uri, const char *wher
     *bytes = out;
     *size = base64 ? base64_decode(comma + 1, length, out) : percent_decode(comma + 1, out);
     if (*size == SIZE_MAX)
-        return gltf_fail(l, KD_BAD_FORMAT, "a data URI holds a character that is not base64 (%s); export it again", where);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "a data URI holds a character that is not base64 (%s); export it again", where);
     return KD_OK;
 }
 
@@ -97,17 +103,19 @@ static bool is_relative(const char *uri)
     return uri[0] != '/' && uri[name] != ':';
 }
 
-static kd_status load_file(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes, size_t *size)
+static kd_status load_file(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes,
+                           size_t *size)
 {
     char name[KD_PATH_MAX], folder[KD_PATH_MAX], path[KD_PATH_MAX];
     if (!is_relative(uri))
-        return gltf_fail(l, KD_UNSUPPORTED, "'%.*s' is not a file beside the model (%s); use a relative path", URI_SHOWN, uri,
-                         where);
+        return gltf_fail(l, KD_UNSUPPORTED, "'%.*s' is not a file beside the model (%s); use a relative path",
+                         URI_SHOWN, uri, where);
     if (!decode_name(uri, name, sizeof name) || kd_path_folder(folder, sizeof folder, l->path) ||
         kd_path_join(path, sizeof path, folder, name))
         return gltf_fail(l, KD_BAD_FORMAT, "'%.*s' is no usable file name (%s)", URI_SHOWN, uri, where);
     if (!kd_file_exists(path))
-        return gltf_fail(l, KD_NOT_FOUND, "the file '%.*s' is missing or cannot be read (%s); put it beside the model",
+        return gltf_fail(l, KD_NOT_FOUND,
+                         "the file '%.*s' is missing or cannot be read (%s); put it beside the model",
                          URI_SHOWN, name, where);
     void *data;
     kd_status status = kd_file_read(path, (size_t)(GLTF_BYTES_MAX - l->bytes), &data, size);
@@ -122,7 +130,8 @@ static kd_status load_file(gltf_loader *l, const char *uri, const char *where, c
     return status;
 }
 
-kd_status gltf_load_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes, size_t *size)
+kd_status gltf_load_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes,
+                        size_t *size)
 {
     if (strncmp(uri, "data:", 5) == 0)
         return load_data_uri(l, uri, where, bytes, size);
@@ -142,8 +151,10 @@ static kd_status load_buffer(gltf_loader *l, size_t index)
     else if (index || !l->chunks.binary)
         return KD_OK; /* a placeholder: refused when something reads it */
     if (!status && size < buffer->byte_length)
-        status = gltf_fail(l, KD_BAD_FORMAT, "%llu bytes are announced, %zu are there (%s); the file is cut off or not the model's",
-                           (unsigned long long)buffer->byte_length, size, where);
+        status =
+            gltf_fail(l, KD_BAD_FORMAT,
+                      "%llu bytes are announced, %zu are there (%s); the file is cut off or not the model's",
+                      (unsigned long long)buffer->byte_length, size, where);
     return status;
 }
 
@@ -151,11 +162,14 @@ static kd_status check_view(gltf_loader *l, size_t index)
 {
     const gltf_view *v = &l->doc.views[index];
     if (v->buffer < 0 || (size_t)v->buffer >= l->doc.buffer_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no buffer %d (bufferViews[%zu]); export the model again", v->buffer, index);
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no buffer %d (bufferViews[%zu]); export the model again",
+                         v->buffer, index);
     uint64_t length = l->doc.buffers[v->buffer].byte_length;
     if (v->offset > length || v->length > length - v->offset)
-        return gltf_fail(l, KD_BAD_FORMAT, "the view reaches beyond its buffer of %llu bytes (bufferViews[%zu]); export the model again",
-                         (unsigned long long)length, index);
+        return gltf_fail(
+            l, KD_BAD_FORMAT,
+            "the view reaches beyond its buffer of %llu bytes (bufferViews[%zu]); export the model again",
+            (unsigned long long)length, index);
     return KD_OK;
 }
 

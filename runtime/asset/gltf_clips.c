@@ -15,7 +15,9 @@ static kd_status load_times(gltf_loader *l, int accessor, const char *where, kd_
     if (status)
         return status;
     if (span.component != GLTF_FLOAT || span.width != 1)
-        return gltf_fail(l, KD_BAD_FORMAT, "times are not single floats (%s, accessor %d); export the model again", where, accessor);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "times are not single floats (%s, accessor %d); export the model again", where,
+                         accessor);
     float *times;
     status = gltf_alloc(l, &l->kept, span.count, sizeof *times, &times);
     if (!status)
@@ -24,8 +26,10 @@ static kd_status load_times(gltf_loader *l, int accessor, const char *where, kd_
         return status;
     for (uint32_t i = 0; i < span.count; i++)
         if (times[i] < 0 || (i && times[i] <= times[i - 1]))
-            return gltf_fail(l, KD_BAD_FORMAT, "key %u does not follow the one before in time (%s, accessor %d); export the model again",
-                             i, where, accessor);
+            return gltf_fail(
+                l, KD_BAD_FORMAT,
+                "key %u does not follow the one before in time (%s, accessor %d); export the model again", i,
+                where, accessor);
     out->times = times;
     out->key_count = span.count;
     return KD_OK;
@@ -38,7 +42,8 @@ static uint32_t values_a_key(const kd_channel_desc *c)
     return c->interpolation == KD_INTERPOLATE_CUBIC ? 3 : 1;
 }
 
-/* Quaternions of unit length; those without length become no rotation. The tangents of a cubic key stay as they are. */
+/* Quaternions of unit length; those without length become no rotation. The tangents of a cubic key stay as
+ * they are. */
 static uint32_t normalize_rotations(const kd_channel_desc *c, float *values)
 {
     uint32_t per_key = values_a_key(c), bad = 0;
@@ -53,17 +58,22 @@ static uint32_t normalize_rotations(const kd_channel_desc *c, float *values)
     return bad;
 }
 
-static kd_status check_values(gltf_loader *l, const gltf_span *span, const kd_channel_desc *c, const char *where, int accessor)
+static kd_status check_values(gltf_loader *l, const gltf_span *span, const kd_channel_desc *c,
+                              const char *where, int accessor)
 {
     bool small = c->path == KD_PATH_ROTATION || c->path == KD_PATH_WEIGHTS; /* may be normalised integers */
     int width = c->path == KD_PATH_WEIGHTS ? 1 : (int)c->width;
-    if (span->width != width || (span->component != GLTF_FLOAT && !(small && span->normalized && span->component != GLTF_UINT)))
-        return gltf_fail(l, KD_BAD_FORMAT, "values have a type that the path may not have (%s, accessor %d); export the model again",
-                         where, accessor);
+    if (span->width != width ||
+        (span->component != GLTF_FLOAT && !(small && span->normalized && span->component != GLTF_UINT)))
+        return gltf_fail(
+            l, KD_BAD_FORMAT,
+            "values have a type that the path may not have (%s, accessor %d); export the model again", where,
+            accessor);
     uint64_t wanted = (uint64_t)c->key_count * values_a_key(c) * (c->path == KD_PATH_WEIGHTS ? c->width : 1);
     if (span->count != wanted)
-        return gltf_fail(l, KD_BAD_FORMAT, "%u values where %llu are wanted (%s, accessor %d); export the model again", span->count,
-                         (unsigned long long)wanted, where, accessor);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "%u values where %llu are wanted (%s, accessor %d); export the model again",
+                         span->count, (unsigned long long)wanted, where, accessor);
     return KD_OK;
 }
 
@@ -98,7 +108,8 @@ static kd_status set_interpolation(gltf_loader *l, const char *name, const char 
     else if (strcmp(name, "CUBICSPLINE") == 0)
         *out = KD_INTERPOLATE_CUBIC;
     else
-        return gltf_fail(l, KD_BAD_FORMAT, "'%.40s' is no interpolation (%s); use LINEAR, STEP or CUBICSPLINE", name, where);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "'%.40s' is no interpolation (%s); use LINEAR, STEP or CUBICSPLINE", name, where);
     return KD_OK;
 }
 
@@ -135,7 +146,9 @@ static bool find_target(gltf_loader *l, const gltf_channel *c, const char *where
 }
 
 /* Which paths of each node the current clip animates already, to find repetitions without a search. */
-typedef struct claim { uint32_t clip, paths; } claim;
+typedef struct claim {
+    uint32_t clip, paths;
+} claim;
 
 static bool is_repeated(claim *claims, size_t clip, const kd_channel_desc *channel)
 {
@@ -147,18 +160,21 @@ static bool is_repeated(claim *claims, size_t clip, const kd_channel_desc *chann
     return repeated;
 }
 
-static kd_status load_channel(gltf_loader *l, claim *claims, size_t clip_index, size_t index, kd_clip_desc *clip)
+static kd_status load_channel(gltf_loader *l, claim *claims, size_t clip_index, size_t index,
+                              kd_clip_desc *clip)
 {
     const gltf_clip *from = &l->doc.clips[clip_index];
     const gltf_channel *c = &from->channels[index];
     char where[80];
     snprintf(where, sizeof where, "animations[%zu].channels[%zu]", clip_index, index);
     if (c->sampler < 0 || (size_t)c->sampler >= from->curve_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no sampler %d (%s); export the model again", c->sampler, where);
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no sampler %d (%s); export the model again", c->sampler,
+                         where);
     if (c->node == -1) /* the format says: ignore it */
         return KD_OK;
     if (c->node < 0 || (size_t)c->node >= l->doc.node_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no node %d (%s.target); export the model again", c->node, where);
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no node %d (%s.target); export the model again", c->node,
+                         where);
     kd_channel_desc out = {0};
     if (!find_target(l, c, where, &out))
         return KD_OK;

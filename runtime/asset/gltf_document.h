@@ -1,8 +1,9 @@
 #ifndef KD_ASSET_GLTF_DOCUMENT_H
 #define KD_ASSET_GLTF_DOCUMENT_H
 
-/* What a glTF file's JSON says, as plain C rows and unchecked: an index is an int that may point anywhere (-1: not
- * there), a count is what the file claims. Everything lives in one arena. Only gltf_shim.cpp fills it. */
+/* What a glTF file's JSON says, as plain C rows and unchecked: an index is an int that may point anywhere
+ * (-1: not there), a count is what the file claims. Everything lives in one arena. Only gltf_shim.cpp fills
+ * it. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -19,14 +20,23 @@ extern "C" {
 enum { GLTF_BYTE = 5120, GLTF_UBYTE, GLTF_SHORT, GLTF_USHORT, GLTF_INT, GLTF_UINT, GLTF_FLOAT };
 enum { GLTF_POINTS, GLTF_LINES, GLTF_LINE_LOOP, GLTF_LINE_STRIP, GLTF_TRIANGLES, GLTF_STRIP, GLTF_FAN };
 
-typedef struct gltf_ints { const int *at; size_t count; } gltf_ints;
-typedef struct gltf_reals { const double *at; size_t count; } gltf_reals;
-typedef struct gltf_strings { const char *const *at; size_t count; } gltf_strings;
+typedef struct gltf_ints {
+    const int *at;
+    size_t count;
+} gltf_ints;
+typedef struct gltf_reals {
+    const double *at;
+    size_t count;
+} gltf_reals;
+typedef struct gltf_strings {
+    const char *const *at;
+    size_t count;
+} gltf_strings;
 
 typedef struct gltf_buffer {
-    const char *uri;       /* NULL: the GLB's binary chunk */
+    const char *uri; /* NULL: the GLB's binary chunk */
     uint64_t byte_length;
-    const uint8_t *bytes;  /* filled by gltf_load_buffers */
+    const uint8_t *bytes; /* filled by gltf_load_buffers */
 } gltf_buffer;
 
 typedef struct gltf_image {
@@ -49,8 +59,14 @@ typedef struct gltf_accessor {
     int sparse_index_view, sparse_index_component, sparse_value_view;
 } gltf_accessor;
 
-typedef struct gltf_attribute { const char *name; int accessor; } gltf_attribute;
-typedef struct gltf_attributes { const gltf_attribute *at; size_t count; } gltf_attributes;
+typedef struct gltf_attribute {
+    const char *name;
+    int accessor;
+} gltf_attribute;
+typedef struct gltf_attributes {
+    const gltf_attribute *at;
+    size_t count;
+} gltf_attributes;
 typedef struct gltf_primitive {
     gltf_attributes attributes;
     const gltf_attributes *targets;
@@ -75,8 +91,12 @@ typedef struct gltf_material {
     gltf_texture_use base_color_map, metallic_roughness_map, normal_map, occlusion_map, emissive_map;
     bool double_sided, unlit;
 } gltf_material;
-typedef struct gltf_texture { int sampler, source; } gltf_texture;
-typedef struct gltf_sampler { int mag_filter, min_filter, wrap_s, wrap_t; } gltf_sampler;
+typedef struct gltf_texture {
+    int sampler, source;
+} gltf_texture;
+typedef struct gltf_sampler {
+    int mag_filter, min_filter, wrap_s, wrap_t;
+} gltf_sampler;
 
 typedef struct gltf_node {
     const char *name;
@@ -84,7 +104,11 @@ typedef struct gltf_node {
     gltf_ints children;
     gltf_reals matrix, translation, rotation, scale, weights;
 } gltf_node;
-typedef struct gltf_skin { const char *name; gltf_ints joints; int inverse_bind; } gltf_skin;
+typedef struct gltf_skin {
+    const char *name;
+    gltf_ints joints;
+    int inverse_bind;
+} gltf_skin;
 typedef struct gltf_camera {
     const char *name;
     bool orthographic;
@@ -96,8 +120,14 @@ typedef struct gltf_light {
     double intensity, range, inner_cone, outer_cone;
 } gltf_light;
 
-typedef struct gltf_channel { int sampler, node; const char *path; } gltf_channel;
-typedef struct gltf_curve { int input, output; const char *interpolation; } gltf_curve;
+typedef struct gltf_channel {
+    int sampler, node;
+    const char *path;
+} gltf_channel;
+typedef struct gltf_curve {
+    int input, output;
+    const char *interpolation;
+} gltf_curve;
 typedef struct gltf_clip {
     const char *name;
     const gltf_channel *channels;
@@ -122,8 +152,8 @@ typedef struct gltf_document {
     gltf_light *lights;
     gltf_clip *clips;
     gltf_ints *scenes; /* root nodes */
-    size_t buffer_count, image_count, view_count, accessor_count, mesh_count, material_count, texture_count, sampler_count,
-        node_count, skin_count, camera_count, light_count, clip_count, scene_count;
+    size_t buffer_count, image_count, view_count, accessor_count, mesh_count, material_count, texture_count,
+        sampler_count, node_count, skin_count, camera_count, light_count, clip_count, scene_count;
     int default_scene;
 } gltf_document;
 
@@ -132,8 +162,8 @@ typedef struct gltf_document {
  *  text   the scanned text: its `buffers` and `images` are blanked, their source stands in the scan
  *  error  what is wrong, in words, when the status is not KD_OK; no message is logged
  */
-kd_status gltf_parse(const char *text, size_t size, const gltf_scan *scan, kd_arena *arena, gltf_document *out,
-                     char *error, size_t error_size);
+kd_status gltf_parse(const char *text, size_t size, const gltf_scan *scan, kd_arena *arena,
+                     gltf_document *out, char *error, size_t error_size);
 
 #ifdef __cplusplus
 }

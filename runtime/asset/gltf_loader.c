@@ -52,7 +52,8 @@ kd_status gltf_alloc(gltf_loader *l, kd_arena *arena, size_t count, size_t size,
 
 void gltf_reset_work(gltf_loader *l)
 {
-    /* Large blocks go back, or primitives of rising size would leave a trail of blocks too small for the next. */
+    /* Large blocks go back, or primitives of rising size would leave a trail of blocks too small for the
+     * next. */
     if (l->work_bytes > ((uint64_t)16 << 20))
         kd_arena_fini(&l->work);
     else

@@ -1,8 +1,8 @@
 #ifndef KD_ASSET_GLTF_LOADER_H
 #define KD_ASSET_GLTF_LOADER_H
 
-/* One load in progress: the unchecked document on one side, the model being made on the other. Every gltf_load_… step
- * checks what it reads, and logs exactly one message when it fails. */
+/* One load in progress: the unchecked document on one side, the model being made on the other. Every
+ * gltf_load_… step checks what it reads, and logs exactly one message when it fails. */
 
 #include "runtime/asset/gltf_document.h"
 #include "runtime/asset/model.h"
@@ -41,18 +41,19 @@ typedef struct gltf_loader {
     gltf_document doc;
     gltf_chunks chunks;
     kd_model *model;
-    gltf_span *spans;        /* [accessor_count], base NULL until checked */
-    uint32_t *image_of;      /* [doc.image_count] index in the model, KD_NONE: not in use */
-    uint32_t *node_of;       /* [doc.node_count] index in the model, KD_NONE: in no scene */
-    gltf_mesh_facts *facts;  /* [doc.mesh_count] */
-    const char **warnings;   /* [GLTF_WARNINGS_MAX + 1] */
+    gltf_span *spans;       /* [accessor_count], base NULL until checked */
+    uint32_t *image_of;     /* [doc.image_count] index in the model, KD_NONE: not in use */
+    uint32_t *node_of;      /* [doc.node_count] index in the model, KD_NONE: in no scene */
+    gltf_mesh_facts *facts; /* [doc.mesh_count] */
+    const char **warnings;  /* [GLTF_WARNINGS_MAX + 1] */
     uint32_t warnings_dropped;
 } gltf_loader;
 
 /* ---- messages and memory ---- */
 
 /** Log `PATH: …` as the one error message. Returns status. */
-kd_status gltf_fail(gltf_loader *l, kd_status status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+kd_status gltf_fail(gltf_loader *l, kd_status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 /** Note a warning in the model. */
 void gltf_warn(gltf_loader *l, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /** Give out zeroed memory; *out is NULL after an error. Errors KD_TOO_LARGE, KD_NO_MEMORY with a message. */
@@ -68,10 +69,10 @@ bool gltf_floats(const double *from, size_t count, float *to);
 
 /** Check an accessor once and give its span. `where` names the user of it in messages. */
 kd_status gltf_span_of(gltf_loader *l, int accessor, const char *where, gltf_span *out);
-/** Read elements as floats: element first + i, or select[i] when select is given; missing components stay as they are.
- *  Shapes out: count rows of row_floats. Errors KD_BAD_FORMAT for NaN and infinity. */
-kd_status gltf_read_floats(gltf_loader *l, const gltf_span *span, const uint32_t *select, uint32_t count, float *out,
-                           uint32_t row_floats, const char *where);
+/** Read elements as floats: element first + i, or select[i] when select is given; missing components stay as
+ * they are. Shapes out: count rows of row_floats. Errors KD_BAD_FORMAT for NaN and infinity. */
+kd_status gltf_read_floats(gltf_loader *l, const gltf_span *span, const uint32_t *select, uint32_t count,
+                           float *out, uint32_t row_floats, const char *where);
 /** Read one component of an element of integers. */
 uint32_t gltf_read_uint(const gltf_span *span, uint32_t element, int component);
 
@@ -89,6 +90,7 @@ kd_status gltf_load_clips(gltf_loader *l);
 
 /** Resolve a URI: a data URI is decoded, anything else is a file beside the model.
  *  Owns bytes lie in the scratch arena. Errors with a message naming `where`. */
-kd_status gltf_load_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes, size_t *size);
+kd_status gltf_load_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes,
+                        size_t *size);
 
 #endif

@@ -10,16 +10,20 @@
 enum { GL_NEAREST = 9728, GL_NEAREST_MIPMAP_NEAREST = 9984, GL_NEAREST_MIPMAP_LINEAR = 9986 };
 enum { GL_CLAMP_TO_EDGE = 33071, GL_MIRRORED_REPEAT = 33648 };
 
-static kd_status image_bytes(gltf_loader *l, size_t index, const char *where, const uint8_t **bytes, size_t *size)
+static kd_status image_bytes(gltf_loader *l, size_t index, const char *where, const uint8_t **bytes,
+                             size_t *size)
 {
     const gltf_image *image = &l->doc.images[index];
     if (image->uri)
         return gltf_load_uri(l, image->uri, where, bytes, size);
     if (image->view < 0 || (size_t)image->view >= l->doc.view_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "its buffer view is not there (%s); export the model again", where);
+        return gltf_fail(l, KD_BAD_FORMAT, "its buffer view is not there (%s); export the model again",
+                         where);
     const gltf_view *view = &l->doc.views[image->view];
     if (!l->doc.buffers[view->buffer].bytes)
-        return gltf_fail(l, KD_BAD_FORMAT, "its buffer has neither a URI nor a binary chunk (%s); export the model again", where);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "its buffer has neither a URI nor a binary chunk (%s); export the model again",
+                         where);
     *bytes = l->doc.buffers[view->buffer].bytes + view->offset;
     *size = (size_t)view->length;
     return KD_OK;
@@ -66,7 +70,9 @@ static kd_status use_image(gltf_loader *l, size_t index, uint32_t *out)
 
 static kd_wrap_mode wrap_mode(int gl)
 {
-    return gl == GL_CLAMP_TO_EDGE ? KD_WRAP_CLAMP : gl == GL_MIRRORED_REPEAT ? KD_WRAP_MIRROR : KD_WRAP_REPEAT;
+    return gl == GL_CLAMP_TO_EDGE     ? KD_WRAP_CLAMP
+           : gl == GL_MIRRORED_REPEAT ? KD_WRAP_MIRROR
+                                      : KD_WRAP_REPEAT;
 }
 
 static void set_sampler(kd_texture_ref *out, const gltf_sampler *sampler)
@@ -79,22 +85,25 @@ static void set_sampler(kd_texture_ref *out, const gltf_sampler *sampler)
                      sampler->min_filter == GL_NEAREST_MIPMAP_LINEAR));
 }
 
-static kd_status set_texture(gltf_loader *l, const gltf_texture_use *use, const char *where, kd_texture_ref *out)
+static kd_status set_texture(gltf_loader *l, const gltf_texture_use *use, const char *where,
+                             kd_texture_ref *out)
 {
     const gltf_texture *texture = &l->doc.textures[use->texture];
     if (texture->sampler != -1) {
         if (texture->sampler < 0 || (size_t)texture->sampler >= l->doc.sampler_count)
-            return gltf_fail(l, KD_BAD_FORMAT, "there is no sampler %d (textures[%d]); export the model again",
+            return gltf_fail(l, KD_BAD_FORMAT,
+                             "there is no sampler %d (textures[%d]); export the model again",
                              texture->sampler, use->texture);
         set_sampler(out, &l->doc.samplers[texture->sampler]);
     }
     if (texture->source == -1) {
-        gltf_warn(l, "%s: textures[%d] has no picture in a format that is read; left out", where, use->texture);
+        gltf_warn(l, "%s: textures[%d] has no picture in a format that is read; left out", where,
+                  use->texture);
         return KD_OK;
     }
     if (texture->source < 0 || (size_t)texture->source >= l->doc.image_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no image %d (textures[%d]); export the model again", texture->source,
-                         use->texture);
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no image %d (textures[%d]); export the model again",
+                         texture->source, use->texture);
     return use_image(l, (size_t)texture->source, &out->image);
 }
 
@@ -106,15 +115,19 @@ static kd_status load_texture(gltf_loader *l, const gltf_texture_use *use, size_
     if (use->texture == -1)
         return KD_OK;
     if (use->texture < 0 || (size_t)use->texture >= l->doc.texture_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no texture %d (%s); export the model again", use->texture, where);
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no texture %d (%s); export the model again",
+                         use->texture, where);
     float numbers[5];
     double from[5] = {use->offset[0], use->offset[1], use->scale[0], use->scale[1], use->rotation};
     if (!gltf_floats(from, 5, numbers))
-        return gltf_fail(l, KD_BAD_FORMAT, "the texture transform is not finite (%s); export the model again", where);
+        return gltf_fail(l, KD_BAD_FORMAT, "the texture transform is not finite (%s); export the model again",
+                         where);
     if (use->uv_set < 0)
-        return gltf_fail(l, KD_BAD_FORMAT, "the texture coordinate set is negative (%s); export the model again", where);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "the texture coordinate set is negative (%s); export the model again", where);
     if (use->uv_set > 1) {
-        gltf_warn(l, "%s: texture coordinate set %d is not read, only 0 and 1; the map is left out", where, use->uv_set);
+        gltf_warn(l, "%s: texture coordinate set %d is not read, only 0 and 1; the map is left out", where,
+                  use->uv_set);
         return KD_OK;
     }
     out->uv_set = (uint32_t)use->uv_set;
@@ -130,8 +143,8 @@ static float factor(gltf_loader *l, size_t material, const char *name, double va
     float f = (float)value;
     if (f >= low && f <= high)
         return f;
-    gltf_warn(l, "materials[%zu].%s: %g lies outside %g to %g and is clamped", material, name, value, (double)low,
-              (double)high);
+    gltf_warn(l, "materials[%zu].%s: %g lies outside %g to %g and is clamped", material, name, value,
+              (double)low, (double)high);
     return f > high ? high : low;
 }
 
@@ -158,7 +171,8 @@ static kd_status load_alpha(gltf_loader *l, const gltf_material *m, size_t index
     else if (strcmp(m->alpha_mode, "BLEND") == 0)
         out->alpha_mode = KD_ALPHA_BLEND;
     else if (strcmp(m->alpha_mode, "OPAQUE") != 0)
-        return gltf_fail(l, KD_BAD_FORMAT, "'%.40s' is no alpha mode (materials[%zu]); use OPAQUE, MASK or BLEND",
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "'%.40s' is no alpha mode (materials[%zu]); use OPAQUE, MASK or BLEND",
                          m->alpha_mode, index);
     return KD_OK;
 }

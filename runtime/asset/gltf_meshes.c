@@ -1,5 +1,5 @@
-/* Meshes: each primitive becomes an indexed triangle list of its own. Vertices that its triangles do not touch are left
- * behind, so that primitives sharing one large buffer do not each carry all of it. */
+/* Meshes: each primitive becomes an indexed triangle list of its own. Vertices that its triangles do not
+ * touch are left behind, so that primitives sharing one large buffer do not each carry all of it. */
 
 #include <math.h>
 #include <stdio.h>
@@ -11,8 +11,8 @@
 
 /* ---- triangles ---- */
 
-static kd_status read_indices(gltf_loader *l, const gltf_primitive *p, const char *mesh_where, uint32_t vertex_count,
-                              uint32_t **out, size_t *count)
+static kd_status read_indices(gltf_loader *l, const gltf_primitive *p, const char *mesh_where,
+                              uint32_t vertex_count, uint32_t **out, size_t *count)
 {
     char where[96];
     snprintf(where, sizeof where, "%s.indices", mesh_where);
@@ -20,9 +20,11 @@ static kd_status read_indices(gltf_loader *l, const gltf_primitive *p, const cha
     kd_status status = p->indices == -1 ? KD_OK : gltf_span_of(l, p->indices, where, &span);
     if (status)
         return status;
-    bool is_unsigned = span.component == GLTF_UBYTE || span.component == GLTF_USHORT || span.component == GLTF_UINT;
+    bool is_unsigned =
+        span.component == GLTF_UBYTE || span.component == GLTF_USHORT || span.component == GLTF_UINT;
     if (p->indices != -1 && (span.width != 1 || !is_unsigned))
-        return gltf_fail(l, KD_BAD_FORMAT, "indices are not unsigned integers (%s, accessor %d); export the model again", where,
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "indices are not unsigned integers (%s, accessor %d); export the model again", where,
                          p->indices);
     uint32_t *indices;
     status = gltf_alloc(l, &l->work, span.count, sizeof *indices, &indices);
@@ -31,17 +33,18 @@ static kd_status read_indices(gltf_loader *l, const gltf_primitive *p, const cha
     for (uint32_t i = 0; i < span.count; i++) {
         indices[i] = p->indices == -1 ? i : gltf_read_uint(&span, i, 0);
         if (indices[i] >= vertex_count)
-            return gltf_fail(l, KD_BAD_FORMAT,
-                             "index %u at place %u reaches beyond %u vertices (%s, accessor %d); export the model again",
-                             indices[i], i, vertex_count, where, p->indices);
+            return gltf_fail(
+                l, KD_BAD_FORMAT,
+                "index %u at place %u reaches beyond %u vertices (%s, accessor %d); export the model again",
+                indices[i], i, vertex_count, where, p->indices);
     }
     *out = indices;
     *count = span.count;
     return KD_OK;
 }
 
-static kd_status make_triangles(gltf_loader *l, const gltf_primitive *p, const char *where, uint32_t vertex_count,
-                                uint32_t **out, size_t *out_count)
+static kd_status make_triangles(gltf_loader *l, const gltf_primitive *p, const char *where,
+                                uint32_t vertex_count, uint32_t **out, size_t *out_count)
 {
     uint32_t *raw = NULL, *unrolled;
     size_t count = 0;
@@ -141,9 +144,11 @@ static kd_status load_primitive(gltf_loader *l, size_t mesh, const gltf_primitiv
 static kd_status check_primitive(gltf_loader *l, const gltf_primitive *p, const char *where)
 {
     if (p->mode < GLTF_POINTS || p->mode > GLTF_FAN)
-        return gltf_fail(l, KD_BAD_FORMAT, "%d is no primitive mode (%s); export the model again", p->mode, where);
+        return gltf_fail(l, KD_BAD_FORMAT, "%d is no primitive mode (%s); export the model again", p->mode,
+                         where);
     if (p->material < -1 || (p->material >= 0 && (size_t)p->material >= l->doc.material_count))
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no material %d (%s); export the model again", p->material, where);
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no material %d (%s); export the model again",
+                         p->material, where);
     return KD_OK;
 }
 
@@ -154,20 +159,25 @@ static kd_status check_morphs(gltf_loader *l, const gltf_mesh *m, size_t index, 
     size_t count = m->primitive_count ? m->primitives[0].target_count : 0;
     for (size_t i = 1; i < m->primitive_count; i++)
         if (m->primitives[i].target_count != count)
-            return gltf_fail(l, KD_BAD_FORMAT, "primitives have different numbers of morph targets (meshes[%zu]); export the model again",
-                             index);
+            return gltf_fail(
+                l, KD_BAD_FORMAT,
+                "primitives have different numbers of morph targets (meshes[%zu]); export the model again",
+                index);
     if (count > GLTF_MORPHS_MAX)
-        return gltf_fail(l, KD_TOO_LARGE, "%zu morph targets are more than the limit of %u (meshes[%zu]); split the mesh", count,
-                         GLTF_MORPHS_MAX, index);
+        return gltf_fail(l, KD_TOO_LARGE,
+                         "%zu morph targets are more than the limit of %u (meshes[%zu]); split the mesh",
+                         count, GLTF_MORPHS_MAX, index);
     if (m->weights.count && m->weights.count != count)
-        return gltf_fail(l, KD_BAD_FORMAT, "%zu weights for %zu morph targets (meshes[%zu].weights); export the model again",
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "%zu weights for %zu morph targets (meshes[%zu].weights); export the model again",
                          m->weights.count, count, index);
     float *weights;
     kd_status status = gltf_alloc(l, &l->kept, count, sizeof *weights, &weights);
     if (status)
         return status;
     if (!gltf_floats(m->weights.at, m->weights.count, weights))
-        return gltf_fail(l, KD_BAD_FORMAT, "a weight is not finite (meshes[%zu].weights); export the model again", index);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "a weight is not finite (meshes[%zu].weights); export the model again", index);
     out->morph_count = (uint32_t)count;
     out->morph_weights = weights;
     return KD_OK;

@@ -1,5 +1,6 @@
-/* The node graph. Every node has at most one parent, so that a walk from the roots meets each node once; nodes that no
- * walk meets would be a cycle. The model gets the nodes of its scene, parents first, and the joints its skins need. */
+/* The node graph. Every node has at most one parent, so that a walk from the roots meets each node once;
+ * nodes that no walk meets would be a cycle. The model gets the nodes of its scene, parents first, and the
+ * joints its skins need. */
 
 #include <math.h>
 #include <string.h>
@@ -22,18 +23,22 @@ static kd_status find_parents(gltf_loader *l, uint32_t *parents)
         for (size_t c = 0; c < children.count; c++) {
             int child = children.at[c];
             if (child < 0 || (size_t)child >= l->doc.node_count)
-                return gltf_fail(l, KD_BAD_FORMAT, "there is no node %d (nodes[%u].children[%zu]); export the model again",
+                return gltf_fail(l, KD_BAD_FORMAT,
+                                 "there is no node %d (nodes[%u].children[%zu]); export the model again",
                                  child, i, c);
             if (parents[child] != KD_NONE)
-                return gltf_fail(l, KD_BAD_FORMAT, "node %d has two parents, %u and %u (nodes[%u].children); export the model again",
-                                 child, parents[child], i, i);
+                return gltf_fail(
+                    l, KD_BAD_FORMAT,
+                    "node %d has two parents, %u and %u (nodes[%u].children); export the model again", child,
+                    parents[child], i, i);
             parents[child] = i;
         }
     }
     return KD_OK;
 }
 
-/* A walk upwards that is longer than the number of nodes goes round. Each chain is walked once: `seen` holds who came. */
+/* A walk upwards that is longer than the number of nodes goes round. Each chain is walked once: `seen` holds
+ * who came. */
 static kd_status refuse_cycles(gltf_loader *l, const uint32_t *parents, uint32_t *seen)
 {
     for (uint32_t i = 0; i < l->doc.node_count; i++)
@@ -44,7 +49,8 @@ static kd_status refuse_cycles(gltf_loader *l, const uint32_t *parents, uint32_t
                 break;
             seen[n] = i;
             if (parents[n] != KD_NONE && seen[parents[n]] == i)
-                return gltf_fail(l, KD_BAD_FORMAT, "node %u is its own ancestor (nodes[%u].children); export the model again",
+                return gltf_fail(l, KD_BAD_FORMAT,
+                                 "node %u is its own ancestor (nodes[%u].children); export the model again",
                                  n, parents[n]);
         }
     return KD_OK;
@@ -90,10 +96,14 @@ static kd_status add_scene(gltf_loader *l, const uint32_t *parents, walk *w)
     for (size_t i = 0; i < roots.count; i++) {
         int root = roots.at[i];
         if (root < 0 || (size_t)root >= l->doc.node_count)
-            return gltf_fail(l, KD_BAD_FORMAT, "there is no node %d (scenes[%d].nodes[%zu]); export the model again", root, scene, i);
+            return gltf_fail(l, KD_BAD_FORMAT,
+                             "there is no node %d (scenes[%d].nodes[%zu]); export the model again", root,
+                             scene, i);
         if (parents[root] != KD_NONE)
-            return gltf_fail(l, KD_BAD_FORMAT, "node %d is no root, it has a parent (scenes[%d].nodes[%zu]); export the model again",
-                             root, scene, i);
+            return gltf_fail(
+                l, KD_BAD_FORMAT,
+                "node %d is no root, it has a parent (scenes[%d].nodes[%zu]); export the model again", root,
+                scene, i);
         add_tree(l, w, (uint32_t)root);
     }
     return KD_OK;
@@ -128,7 +138,8 @@ static bool is_affine(const float *m)
     return m[3] == 0 && m[7] == 0 && m[11] == 0 && fabsf(m[15] - 1) < 1e-5f;
 }
 
-/* Shepperd 1978, "Quaternion from Rotation Matrix": start from the largest component. Columns a, b, c of unit length. */
+/* Shepperd 1978, "Quaternion from Rotation Matrix": start from the largest component. Columns a, b, c of unit
+ * length. */
 static kd_quat quat_from_columns(const double a[3], const double b[3], const double c[3])
 {
     double trace = a[0] + b[1] + c[2], q[4];
@@ -146,7 +157,8 @@ static kd_quat quat_from_columns(const double a[3], const double b[3], const dou
         q[0] = (c[0] + a[2]) / s, q[1] = (c[1] + b[2]) / s, q[2] = s / 4, q[3] = (a[1] - b[0]) / s;
     }
     double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    return (kd_quat){(float)(q[0] / length), (float)(q[1] / length), (float)(q[2] / length), (float)(q[3] / length)};
+    return (kd_quat){(float)(q[0] / length), (float)(q[1] / length), (float)(q[2] / length),
+                     (float)(q[3] / length)};
 }
 
 /* Split a matrix into translation, rotation and scale; false where there is shear or no volume. */
@@ -156,14 +168,16 @@ static bool decompose(const kd_mat4 *m, kd_node_desc *out)
     for (int c = 0; c < 3; c++) {
         for (int r = 0; r < 3; r++)
             column[c][r] = m->m[c * 4 + r];
-        length[c] = sqrt(column[c][0] * column[c][0] + column[c][1] * column[c][1] + column[c][2] * column[c][2]);
+        length[c] =
+            sqrt(column[c][0] * column[c][0] + column[c][1] * column[c][1] + column[c][2] * column[c][2]);
         if (!(length[c] > 1e-12))
             return false;
         for (int r = 0; r < 3; r++)
             column[c][r] /= length[c];
     }
     const double *a = column[0], *b = column[1], *c = column[2];
-    double det = a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+    double det = a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
+                 a[2] * (b[0] * c[1] - b[1] * c[0]);
     if (det < 0) { /* a mirror: put it on x */
         length[0] = -length[0];
         for (int r = 0; r < 3; r++)
@@ -184,19 +198,23 @@ static kd_status load_matrix(gltf_loader *l, uint32_t index, kd_node_desc *out)
 {
     const gltf_node *n = node_at(l, index);
     if (n->matrix.count != 16 || !gltf_floats(n->matrix.at, 16, out->matrix.m) || !is_affine(out->matrix.m))
-        return gltf_fail(l, KD_BAD_FORMAT, "the matrix is not 16 finite numbers with a last row of 0 0 0 1 (nodes[%u].matrix); export the model again",
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "the matrix is not 16 finite numbers with a last row of 0 0 0 1 (nodes[%u].matrix); "
+                         "export the model again",
                          index);
     out->translation = (kd_vec3){out->matrix.m[12], out->matrix.m[13], out->matrix.m[14]};
     out->has_matrix = !decompose(&out->matrix, out);
     return KD_OK;
 }
 
-static kd_status load_part(gltf_loader *l, uint32_t index, const char *name, gltf_reals from, size_t count, float *to)
+static kd_status load_part(gltf_loader *l, uint32_t index, const char *name, gltf_reals from, size_t count,
+                           float *to)
 {
     if (!from.count)
         return KD_OK;
     if (from.count != count || !gltf_floats(from.at, count, to))
-        return gltf_fail(l, KD_BAD_FORMAT, "not %zu finite numbers (nodes[%u].%s); export the model again", count, index, name);
+        return gltf_fail(l, KD_BAD_FORMAT, "not %zu finite numbers (nodes[%u].%s); export the model again",
+                         count, index, name);
     return KD_OK;
 }
 
@@ -236,7 +254,8 @@ static kd_status link(gltf_loader *l, uint32_t node, const char *what, int index
     if (index == -1)
         return KD_OK;
     if (index < 0 || (size_t)index >= count)
-        return gltf_fail(l, KD_BAD_FORMAT, "the %s it names is not there (nodes[%u].%s); export the model again", what, node,
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "the %s it names is not there (nodes[%u].%s); export the model again", what, node,
                          what);
     *out = (uint32_t)index;
     return KD_OK;
@@ -249,12 +268,14 @@ static kd_status load_weights(gltf_loader *l, uint32_t index, kd_node_desc *out)
     if (!from.count || out->mesh == KD_NONE)
         return KD_OK;
     if (from.count != out->morph_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "%zu weights for %u morph targets (nodes[%u].weights); export the model again", from.count,
-                         out->morph_count, index);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "%zu weights for %u morph targets (nodes[%u].weights); export the model again",
+                         from.count, out->morph_count, index);
     float *weights;
     kd_status status = gltf_alloc(l, &l->kept, from.count, sizeof *weights, &weights);
     if (!status && !gltf_floats(from.at, from.count, weights))
-        status = gltf_fail(l, KD_BAD_FORMAT, "a weight is not finite (nodes[%u].weights); export the model again", index);
+        status = gltf_fail(l, KD_BAD_FORMAT,
+                           "a weight is not finite (nodes[%u].weights); export the model again", index);
     out->morph_weights = weights;
     return status;
 }
@@ -276,12 +297,15 @@ static kd_status load_links(gltf_loader *l, uint32_t index, bool drawn, kd_node_
     if (!drawn)
         out->mesh = out->skin = out->camera = out->light = KD_NONE;
     if (out->skin != KD_NONE && (out->mesh == KD_NONE || !l->facts[out->mesh].skinned)) {
-        gltf_warn(l, "nodes[%u].skin: the node has no mesh with joints and weights; the skin is left out", index);
+        gltf_warn(l, "nodes[%u].skin: the node has no mesh with joints and weights; the skin is left out",
+                  index);
         out->skin = KD_NONE;
     }
     if (out->skin != KD_NONE && l->facts[out->mesh].max_joint >= l->doc.skins[out->skin].joints.count)
-        return gltf_fail(l, KD_BAD_FORMAT, "meshes[%u] uses joint %u, but skins[%u] has %zu (nodes[%u]); export the model again",
-                         out->mesh, l->facts[out->mesh].max_joint, out->skin, l->doc.skins[out->skin].joints.count, index);
+        return gltf_fail(
+            l, KD_BAD_FORMAT,
+            "meshes[%u] uses joint %u, but skins[%u] has %zu (nodes[%u]); export the model again", out->mesh,
+            l->facts[out->mesh].max_joint, out->skin, l->doc.skins[out->skin].joints.count, index);
     return KD_OK;
 }
 

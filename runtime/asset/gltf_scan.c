@@ -5,22 +5,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The stack of open containers is fixed: the deepest glTF property sits at about 8 levels, extensions add a few. */
+/* The stack of open containers is fixed: the deepest glTF property sits at about 8 levels, extensions add a
+ * few. */
 #define DEPTH_MAX 64
 /* A parsed container costs up to about 600 bytes, so that hostile text of `{},{},…` stays below 2.5 GiB. */
 #define CONTAINERS_MAX (4u << 20)
 /* What is left after blanking describes structure only; 20 MB of it is a scene of 100,000 nodes. */
 #define STRUCTURE_BYTES_MAX ((size_t)64 << 20)
-/* Rows of a top-level array (nodes, accessors, …). Costly ones have a smaller limit: the parser spends 2.5 KB on a material,
- * a buffer or an image may each open a file. */
+/* Rows of a top-level array (nodes, accessors, …). Costly ones have a smaller limit: the parser spends 2.5 KB
+ * on a material, a buffer or an image may each open a file. */
 #define ROWS_MAX        (1u << 20)
 #define COSTLY_ROWS_MAX 65536u
 
 typedef struct open_container {
-    bool object, extras;  /* extras: this member is being blanked */
-    bool rows, costly;    /* a top-level array */
-    size_t first;         /* byte at which it opened */
-    gltf_range *keep;     /* where its range goes when it closes, or NULL */
+    bool object, extras; /* extras: this member is being blanked */
+    bool rows, costly;   /* a top-level array */
+    size_t first;        /* byte at which it opened */
+    gltf_range *keep;    /* where its range goes when it closes, or NULL */
 } open_container;
 
 typedef struct scanner {
@@ -31,7 +32,7 @@ typedef struct scanner {
     size_t containers, rows, blanked;
     int blanking; /* open containers that will be blanked: only the outermost is */
     bool expect_key;
-    gltf_range key;     /* last key's text between the quotes */
+    gltf_range key; /* last key's text between the quotes */
     bool key_escaped;
     gltf_range buffers, images;
     char *error;
@@ -200,7 +201,8 @@ kd_status gltf_split(uint8_t *bytes, size_t size, gltf_chunks *out, char *error,
         return split_fail(error, error_size, "the GLB container is not version 2");
     size_t length = read_u32(bytes + 8);
     if (length > size || length < GLB_HEADER_BYTES + GLB_CHUNK_BYTES)
-        return split_fail(error, error_size, "the GLB header's length does not fit the file, which may be cut off");
+        return split_fail(error, error_size,
+                          "the GLB header's length does not fit the file, which may be cut off");
     size_t json_size = read_u32(bytes + 12);
     if (read_u32(bytes + 16) != GLB_JSON)
         return split_fail(error, error_size, "the GLB's first chunk is not JSON");

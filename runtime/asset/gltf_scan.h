@@ -1,9 +1,9 @@
 #ifndef KD_ASSET_GLTF_SCAN_H
 #define KD_ASSET_GLTF_SCAN_H
 
-/* One pass over the JSON text before a parser sees it. It refuses what would cost a parser its stack or its memory, and
- * takes out what we load ourselves: buffers and images (a parser would read files, decode base64 slowly and trust byte
- * offsets) and `extras` (which nothing here reads). */
+/* One pass over the JSON text before a parser sees it. It refuses what would cost a parser its stack or its
+ * memory, and takes out what we load ourselves: buffers and images (a parser would read files, decode base64
+ * slowly and trust byte offsets) and `extras` (which nothing here reads). */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -14,12 +14,14 @@
 extern "C" {
 #endif
 
-typedef struct gltf_range { size_t first, size; } gltf_range;
+typedef struct gltf_range {
+    size_t first, size;
+} gltf_range;
 
 typedef struct gltf_scan {
     char *buffers, *images; /* JSON text of these two members, NULL when missing; parts of the copy below */
     size_t buffers_size, images_size;
-    char *copy;             /* malloc; the caller frees */
+    char *copy; /* malloc; the caller frees */
 } gltf_scan;
 
 /** Scan and blank the text in place.
@@ -36,7 +38,8 @@ typedef struct gltf_chunks {
     size_t binary_size;
 } gltf_chunks;
 
-/** Split a file into its JSON and its binary chunk; a file without the GLB magic is all JSON. Errors as above. */
+/** Split a file into its JSON and its binary chunk; a file without the GLB magic is all JSON. Errors as
+ * above. */
 kd_status gltf_split(uint8_t *bytes, size_t size, gltf_chunks *out, char *error, size_t error_size);
 
 #ifdef __cplusplus

@@ -1,5 +1,6 @@
-/* The only place that speaks C++ with tinygltf: scanned JSON text in, plain C rows out. tinygltf gets no file access, no
- * images and no buffers (gltf_scan.h tells why); what it does not check is checked in C by those who read the rows. */
+/* The only place that speaks C++ with tinygltf: scanned JSON text in, plain C rows out. tinygltf gets no file
+ * access, no images and no buffers (gltf_scan.h tells why); what it does not check is checked in C by those
+ * who read the rows. */
 
 #include "runtime/asset/gltf_document.h"
 
@@ -19,7 +20,8 @@
 #define TINYGLTF_NO_FS
 #include <tiny_gltf.h>
 
-namespace {
+namespace
+{
 
 struct malformed : std::runtime_error {
     using std::runtime_error::runtime_error;
@@ -180,9 +182,9 @@ void copy_primitive(copier &to, gltf_primitive &out, const tinygltf::Primitive &
 {
     out.attributes = to.attributes(from.attributes);
     gltf_attributes *targets = nullptr;
-    out.target_count = to.each(targets, from.targets, [&](gltf_attributes &row, const std::map<std::string, int> &t) {
-        row = to.attributes(t);
-    });
+    out.target_count =
+        to.each(targets, from.targets,
+                [&](gltf_attributes &row, const std::map<std::string, int> &t) { row = to.attributes(t); });
     out.targets = targets;
     out.material = from.material;
     out.indices = from.indices;
@@ -193,9 +195,9 @@ void copy_mesh(copier &to, gltf_mesh &out, const tinygltf::Mesh &from)
 {
     out.name = to.text(from.name);
     gltf_primitive *primitives = nullptr;
-    out.primitive_count = to.each(primitives, from.primitives, [&](gltf_primitive &row, const tinygltf::Primitive &p) {
-        copy_primitive(to, row, p);
-    });
+    out.primitive_count =
+        to.each(primitives, from.primitives,
+                [&](gltf_primitive &row, const tinygltf::Primitive &p) { copy_primitive(to, row, p); });
     out.primitives = primitives;
     out.weights = to.reals(from.weights);
 }
@@ -243,31 +245,34 @@ void copy_clip(copier &to, gltf_clip &out, const tinygltf::Animation &from)
 {
     out.name = to.text(from.name);
     gltf_channel *channels = nullptr;
-    out.channel_count = to.each(channels, from.channels, [&](gltf_channel &row, const tinygltf::AnimationChannel &c) {
-        row = {c.sampler, c.target_node, to.text(c.target_path)};
-    });
+    out.channel_count =
+        to.each(channels, from.channels, [&](gltf_channel &row, const tinygltf::AnimationChannel &c) {
+            row = {c.sampler, c.target_node, to.text(c.target_path)};
+        });
     out.channels = channels;
     gltf_curve *curves = nullptr;
-    out.curve_count = to.each(curves, from.samplers, [&](gltf_curve &row, const tinygltf::AnimationSampler &s) {
-        row = {s.input, s.output, to.text(s.interpolation)};
-    });
+    out.curve_count =
+        to.each(curves, from.samplers, [&](gltf_curve &row, const tinygltf::AnimationSampler &s) {
+            row = {s.input, s.output, to.text(s.interpolation)};
+        });
     out.curves = curves;
 }
 
 void copy_scene_graph(copier &to, gltf_document &out, const tinygltf::Model &from)
 {
-    out.node_count = to.each(out.nodes, from.nodes, [&](gltf_node &row, const tinygltf::Node &n) { copy_node(to, row, n); });
+    out.node_count = to.each(out.nodes, from.nodes,
+                             [&](gltf_node &row, const tinygltf::Node &n) { copy_node(to, row, n); });
     out.skin_count = to.each(out.skins, from.skins, [&](gltf_skin &row, const tinygltf::Skin &s) {
         row = {to.text(s.name), to.ints(s.joints), s.inverseBindMatrices};
     });
-    out.camera_count =
-        to.each(out.cameras, from.cameras, [&](gltf_camera &row, const tinygltf::Camera &c) { copy_camera(to, row, c); });
-    out.light_count =
-        to.each(out.lights, from.lights, [&](gltf_light &row, const tinygltf::Light &l) { copy_light(to, row, l); });
-    out.clip_count =
-        to.each(out.clips, from.animations, [&](gltf_clip &row, const tinygltf::Animation &a) { copy_clip(to, row, a); });
-    out.scene_count =
-        to.each(out.scenes, from.scenes, [&](gltf_ints &row, const tinygltf::Scene &s) { row = to.ints(s.nodes); });
+    out.camera_count = to.each(out.cameras, from.cameras,
+                               [&](gltf_camera &row, const tinygltf::Camera &c) { copy_camera(to, row, c); });
+    out.light_count = to.each(out.lights, from.lights,
+                              [&](gltf_light &row, const tinygltf::Light &l) { copy_light(to, row, l); });
+    out.clip_count = to.each(out.clips, from.animations,
+                             [&](gltf_clip &row, const tinygltf::Animation &a) { copy_clip(to, row, a); });
+    out.scene_count = to.each(out.scenes, from.scenes,
+                              [&](gltf_ints &row, const tinygltf::Scene &s) { row = to.ints(s.nodes); });
     out.default_scene = from.defaultScene;
 }
 
@@ -281,23 +286,28 @@ void copy_model(copier &to, gltf_document &out, const tinygltf::Model &from)
     out.view_count = to.each(out.views, from.bufferViews, [&](gltf_view &row, const tinygltf::BufferView &v) {
         row = {v.buffer, v.byteOffset, v.byteLength, v.byteStride};
     });
-    out.accessor_count = to.each(out.accessors, from.accessors,
-                                 [&](gltf_accessor &row, const tinygltf::Accessor &a) { copy_accessor(row, a); });
-    out.mesh_count = to.each(out.meshes, from.meshes, [&](gltf_mesh &row, const tinygltf::Mesh &m) { copy_mesh(to, row, m); });
-    out.material_count = to.each(out.materials, from.materials, [&](gltf_material &row, const tinygltf::Material &m) {
-        copy_material(to, row, m);
-    });
-    out.texture_count = to.each(out.textures, from.textures, [&](gltf_texture &row, const tinygltf::Texture &t) {
-        row = {t.sampler, t.source};
-    });
-    out.sampler_count = to.each(out.samplers, from.samplers, [&](gltf_sampler &row, const tinygltf::Sampler &s) {
-        row = {s.magFilter, s.minFilter, s.wrapS, s.wrapT};
-    });
+    out.accessor_count =
+        to.each(out.accessors, from.accessors,
+                [&](gltf_accessor &row, const tinygltf::Accessor &a) { copy_accessor(row, a); });
+    out.mesh_count = to.each(out.meshes, from.meshes,
+                             [&](gltf_mesh &row, const tinygltf::Mesh &m) { copy_mesh(to, row, m); });
+    out.material_count =
+        to.each(out.materials, from.materials,
+                [&](gltf_material &row, const tinygltf::Material &m) { copy_material(to, row, m); });
+    out.texture_count =
+        to.each(out.textures, from.textures, [&](gltf_texture &row, const tinygltf::Texture &t) {
+            row = {t.sampler, t.source};
+        });
+    out.sampler_count =
+        to.each(out.samplers, from.samplers, [&](gltf_sampler &row, const tinygltf::Sampler &s) {
+            row = {s.magFilter, s.minFilter, s.wrapS, s.wrapT};
+        });
     copy_scene_graph(to, out, from);
 }
 
 /* A string member, or NULL when it is missing. */
-const char *string_member(copier &to, const nlohmann::json &object, const char *name, const std::string &where)
+const char *string_member(copier &to, const nlohmann::json &object, const char *name,
+                          const std::string &where)
 {
     auto it = object.find(name);
     if (it == object.end())
@@ -353,8 +363,8 @@ void copy_images(copier &to, gltf_document &out, const gltf_scan *scan)
     }
 }
 
-/* tinygltf writes an error and goes on where the format allows what it saw: a skin without inverse bind matrices, a
- * channel without a node. Such a channel it drops, as the format asks. */
+/* tinygltf writes an error and goes on where the format allows what it saw: a skin without inverse bind
+ * matrices, a channel without a node. Such a channel it drops, as the format asks. */
 std::string real_errors(std::string text)
 {
     static const char *const harmless[] = {
@@ -372,7 +382,8 @@ void parse(copier &to, gltf_document &out, const char *text, size_t size, const 
     tinygltf::TinyGLTF loader;
     tinygltf::Model model;
     std::string error, warning;
-    bool done = loader.LoadASCIIFromString(&model, &error, &warning, text, static_cast<unsigned int>(size), "");
+    bool done =
+        loader.LoadASCIIFromString(&model, &error, &warning, text, static_cast<unsigned int>(size), "");
     error = real_errors(error);
     if (!done && error.empty())
         error = "a required property is missing or has the wrong type";

@@ -29,10 +29,12 @@ static kd_status load_inverse_bind(gltf_loader *l, size_t index, kd_skin_desc *o
     if (status)
         return status;
     if (span.component != GLTF_FLOAT || span.width != 16)
-        return gltf_fail(l, KD_BAD_FORMAT, "not float matrices of 4 by 4 (%s, accessor %d); export the model again", where,
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "not float matrices of 4 by 4 (%s, accessor %d); export the model again", where,
                          s->inverse_bind);
     if (span.count < out->joint_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "%u matrices for %u joints (%s, accessor %d); export the model again", span.count,
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "%u matrices for %u joints (%s, accessor %d); export the model again", span.count,
                          out->joint_count, where, s->inverse_bind);
     return gltf_read_floats(l, &span, NULL, out->joint_count, (float *)matrices, 16, where);
 }
@@ -42,8 +44,9 @@ static kd_status load_skin(gltf_loader *l, size_t index, kd_skin_desc *out)
     const gltf_skin *s = &l->doc.skins[index];
     out->name = gltf_name(l, s->name, "skin", index);
     if (s->joints.count < 1 || s->joints.count > GLTF_JOINTS_MAX)
-        return gltf_fail(l, KD_BAD_FORMAT, "%zu joints, not 1 to %u (skins[%zu].joints); export the model again", s->joints.count,
-                         GLTF_JOINTS_MAX, index);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "%zu joints, not 1 to %u (skins[%zu].joints); export the model again",
+                         s->joints.count, GLTF_JOINTS_MAX, index);
     uint32_t *joints;
     kd_status status = gltf_alloc(l, &l->kept, s->joints.count, sizeof *joints, &joints);
     if (status)
@@ -51,7 +54,9 @@ static kd_status load_skin(gltf_loader *l, size_t index, kd_skin_desc *out)
     for (size_t i = 0; i < s->joints.count; i++) {
         int joint = s->joints.at[i];
         if (joint < 0 || (size_t)joint >= l->doc.node_count)
-            return gltf_fail(l, KD_BAD_FORMAT, "there is no node %d (skins[%zu].joints[%zu]); export the model again", joint, index, i);
+            return gltf_fail(l, KD_BAD_FORMAT,
+                             "there is no node %d (skins[%zu].joints[%zu]); export the model again", joint,
+                             index, i);
         joints[i] = l->node_of[joint];
     }
     out->joints = joints;
@@ -59,7 +64,8 @@ static kd_status load_skin(gltf_loader *l, size_t index, kd_skin_desc *out)
     return load_inverse_bind(l, index, out);
 }
 
-/* A skin that no drawn node wears may name joints outside the model: the first node stands in, for nothing reads it. */
+/* A skin that no drawn node wears may name joints outside the model: the first node stands in, for nothing
+ * reads it. */
 static void ground_idle_joints(const kd_skin_desc *skin)
 {
     uint32_t *joints = (uint32_t *)skin->joints; /* made by load_skin, const for readers */
@@ -90,7 +96,8 @@ static kd_status load_camera(gltf_loader *l, size_t index, kd_model_camera *out)
     double from[6] = {c->fov_y, c->aspect, c->x_mag, c->y_mag, c->z_near, c->z_far};
     float v[6];
     if (!gltf_floats(from, 6, v))
-        return gltf_fail(l, KD_BAD_FORMAT, "a number is not finite (cameras[%zu]); export the model again", index);
+        return gltf_fail(l, KD_BAD_FORMAT, "a number is not finite (cameras[%zu]); export the model again",
+                         index);
     out->name = gltf_name(l, c->name, "camera", index);
     out->orthographic = c->orthographic;
     out->fov_y = v[0];
@@ -100,11 +107,16 @@ static kd_status load_camera(gltf_loader *l, size_t index, kd_model_camera *out)
     out->z_near = v[4];
     out->z_far = v[5];
     if (out->orthographic && (out->x_mag == 0 || out->y_mag == 0 || v[4] < 0 || v[5] <= v[4]))
-        return gltf_fail(l, KD_BAD_FORMAT, "magnifications must not be 0, and 0 <= znear < zfar (cameras[%zu].orthographic); correct them",
-                         index);
-    if (!out->orthographic && (v[0] <= 0 || v[0] >= PI_F || v[1] < 0 || v[4] <= 0 || v[5] < 0 || (v[5] > 0 && v[5] <= v[4])))
-        return gltf_fail(l, KD_BAD_FORMAT, "yfov must lie between 0 and pi, and 0 < znear < zfar (cameras[%zu].perspective); correct them",
-                         index);
+        return gltf_fail(
+            l, KD_BAD_FORMAT,
+            "magnifications must not be 0, and 0 <= znear < zfar (cameras[%zu].orthographic); correct them",
+            index);
+    if (!out->orthographic &&
+        (v[0] <= 0 || v[0] >= PI_F || v[1] < 0 || v[4] <= 0 || v[5] < 0 || (v[5] > 0 && v[5] <= v[4])))
+        return gltf_fail(
+            l, KD_BAD_FORMAT,
+            "yfov must lie between 0 and pi, and 0 < znear < zfar (cameras[%zu].perspective); correct them",
+            index);
     return KD_OK;
 }
 
@@ -131,8 +143,10 @@ static kd_status light_type(gltf_loader *l, size_t index, kd_light_type *out)
     else if (strcmp(type, "spot") == 0)
         *out = KD_LIGHT_SPOT;
     else
-        return gltf_fail(l, KD_BAD_FORMAT, "'%.40s' is no light type (KHR_lights_punctual.lights[%zu]); use directional, point or spot",
-                         type, index);
+        return gltf_fail(
+            l, KD_BAD_FORMAT,
+            "'%.40s' is no light type (KHR_lights_punctual.lights[%zu]); use directional, point or spot",
+            type, index);
     return KD_OK;
 }
 
@@ -142,8 +156,11 @@ static kd_status load_light(gltf_loader *l, size_t index, kd_model_light *out)
     float color[3] = {1, 1, 1}, v[4];
     double from[4] = {light->intensity, light->range, light->inner_cone, light->outer_cone};
     if (!gltf_floats(from, 4, v) || (light->color.count && light->color.count != 3) ||
-        !gltf_floats(light->color.at, light->color.count, color) || v[0] < 0 || fminf(fminf(color[0], color[1]), color[2]) < 0)
-        return gltf_fail(l, KD_BAD_FORMAT, "colour and intensity must be finite and not negative (KHR_lights_punctual.lights[%zu]); correct them",
+        !gltf_floats(light->color.at, light->color.count, color) || v[0] < 0 ||
+        fminf(fminf(color[0], color[1]), color[2]) < 0)
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "colour and intensity must be finite and not negative "
+                         "(KHR_lights_punctual.lights[%zu]); correct them",
                          index);
     out->name = gltf_name(l, light->name, "light", index);
     out->color = (kd_vec3){color[0], color[1], color[2]};
@@ -153,8 +170,10 @@ static kd_status load_light(gltf_loader *l, size_t index, kd_model_light *out)
     out->outer_cone = v[3];
     kd_status status = light_type(l, index, &out->type);
     if (!status && out->type == KD_LIGHT_SPOT && !(v[2] >= 0 && v[2] < v[3] && v[3] <= PI_F / 2 + 1e-5f))
-        status = gltf_fail(l, KD_BAD_FORMAT, "cones must be 0 <= inner < outer <= pi/2 (KHR_lights_punctual.lights[%zu].spot); correct them",
-                           index);
+        status = gltf_fail(
+            l, KD_BAD_FORMAT,
+            "cones must be 0 <= inner < outer <= pi/2 (KHR_lights_punctual.lights[%zu].spot); correct them",
+            index);
     return status;
 }
 

@@ -17,8 +17,11 @@ typedef struct reader {
 
 enum { IS_FLOAT = 1, IS_BYTE = 2, IS_UBYTE = 4, IS_SHORT = 8, IS_USHORT = 16 };
 /* KHR_mesh_quantization allows the small integers wherever it makes sense. */
-enum { ANY_SMALL = IS_FLOAT | IS_BYTE | IS_UBYTE | IS_SHORT | IS_USHORT, SIGNED_SMALL = IS_FLOAT | IS_BYTE | IS_SHORT,
-       UNSIGNED_SMALL = IS_FLOAT | IS_UBYTE | IS_USHORT };
+enum {
+    ANY_SMALL = IS_FLOAT | IS_BYTE | IS_UBYTE | IS_SHORT | IS_USHORT,
+    SIGNED_SMALL = IS_FLOAT | IS_BYTE | IS_SHORT,
+    UNSIGNED_SMALL = IS_FLOAT | IS_UBYTE | IS_USHORT
+};
 
 int gltf_find_attribute(const gltf_attributes *attributes, const char *name)
 {
@@ -41,8 +44,8 @@ static int type_bit(int component)
 }
 
 /* Find and check one attribute. *found is false, without an error, when the file has none. */
-static kd_status find_span(const reader *r, const gltf_attributes *from, const char *name, const char *where, int types,
-                           int width_min, int width_max, gltf_span *span, bool *found)
+static kd_status find_span(const reader *r, const gltf_attributes *from, const char *name, const char *where,
+                           int types, int width_min, int width_max, gltf_span *span, bool *found)
 {
     int accessor = gltf_find_attribute(from, name);
     *found = accessor != -1;
@@ -52,17 +55,20 @@ static kd_status find_span(const reader *r, const gltf_attributes *from, const c
     if (status)
         return status;
     if (!(type_bit(span->component) & types) || span->width < width_min || span->width > width_max)
-        return gltf_fail(r->l, KD_BAD_FORMAT, "the attribute has a type that it may not have (%s, accessor %d); export the model again",
-                         where, accessor);
+        return gltf_fail(
+            r->l, KD_BAD_FORMAT,
+            "the attribute has a type that it may not have (%s, accessor %d); export the model again", where,
+            accessor);
     if (span->count != r->source_count)
-        return gltf_fail(r->l, KD_BAD_FORMAT, "%u elements, but POSITION has %u (%s, accessor %d); export the model again",
+        return gltf_fail(r->l, KD_BAD_FORMAT,
+                         "%u elements, but POSITION has %u (%s, accessor %d); export the model again",
                          span->count, r->source_count, where, accessor);
     return KD_OK;
 }
 
 /* Read a float attribute into the model: *out stays NULL when the file has none. */
-static kd_status read_floats(const reader *r, const gltf_attributes *from, const char *name, int types, int width_min,
-                             uint32_t row_floats, float **out)
+static kd_status read_floats(const reader *r, const gltf_attributes *from, const char *name, int types,
+                             int width_min, uint32_t row_floats, float **out)
 {
     char where[112];
     snprintf(where, sizeof where, "%s.%s", r->where, name);
@@ -93,8 +99,10 @@ static kd_status load_positions(const reader *r, kd_primitive_desc *out)
     out->bounds_min = out->bounds_max = out->positions[0];
     for (uint32_t i = 1; i < out->vertex_count; i++) {
         kd_vec3 p = out->positions[i];
-        out->bounds_min = (kd_vec3){fminf(out->bounds_min.x, p.x), fminf(out->bounds_min.y, p.y), fminf(out->bounds_min.z, p.z)};
-        out->bounds_max = (kd_vec3){fmaxf(out->bounds_max.x, p.x), fmaxf(out->bounds_max.y, p.y), fmaxf(out->bounds_max.z, p.z)};
+        out->bounds_min = (kd_vec3){fminf(out->bounds_min.x, p.x), fminf(out->bounds_min.y, p.y),
+                                    fminf(out->bounds_min.z, p.z)};
+        out->bounds_max = (kd_vec3){fmaxf(out->bounds_max.x, p.x), fmaxf(out->bounds_max.y, p.y),
+                                    fmaxf(out->bounds_max.z, p.z)};
     }
     return KD_OK;
 }
@@ -118,9 +126,11 @@ static kd_status load_normals(const reader *r, kd_primitive_desc *out)
     status = gltf_alloc(r->l, &r->l->work, out->vertex_count, sizeof *scratch, &scratch);
     if (status)
         return status;
-    size_t mended = mesh_mend_normals(out->positions, out->indices, out->index_count, normals, out->vertex_count, scratch);
+    size_t mended = mesh_mend_normals(out->positions, out->indices, out->index_count, normals,
+                                      out->vertex_count, scratch);
     if (mended)
-        gltf_warn(r->l, "%s.NORMAL: %zu normals have no length and are made from the triangles", r->where, mended);
+        gltf_warn(r->l, "%s.NORMAL: %zu normals have no length and are made from the triangles", r->where,
+                  mended);
     return KD_OK;
 }
 
@@ -149,13 +159,14 @@ static kd_status load_tangents(const reader *r, kd_primitive_desc *out)
         status = gltf_alloc(r->l, &r->l->work, (size_t)out->vertex_count * 2, sizeof *scratch, &scratch);
     if (status)
         return status;
-    mesh_make_tangents(out->positions, out->normals, tangent_uv(r, out), out->indices, out->index_count, tangents,
-                       out->vertex_count, scratch);
+    mesh_make_tangents(out->positions, out->normals, tangent_uv(r, out), out->indices, out->index_count,
+                       tangents, out->vertex_count, scratch);
     for (uint32_t i = 0; read && i < out->vertex_count; i++) { /* one without a length keeps the made one */
         kd_vec3 t = {read[i * 4], read[i * 4 + 1], read[i * 4 + 2]};
         float length = kd_vec3_length(t);
         if (length > 1e-6f && isfinite(length))
-            tangents[i] = (kd_vec4){t.x / length, t.y / length, t.z / length, read[i * 4 + 3] < 0 ? -1.0f : 1.0f};
+            tangents[i] =
+                (kd_vec4){t.x / length, t.y / length, t.z / length, read[i * 4 + 3] < 0 ? -1.0f : 1.0f};
     }
     out->tangents = tangents;
     return KD_OK;
@@ -182,7 +193,10 @@ static kd_status load_uv_and_colors(const reader *r, kd_primitive_desc *out)
 
 /* ---- skin ---- */
 
-typedef struct influence { uint32_t joint; float weight; } influence;
+typedef struct influence {
+    uint32_t joint;
+    float weight;
+} influence;
 
 /* Keep the four largest, in falling order, with sum 1. Returns false if there is no weight at all. */
 static bool pick_four(influence *in, uint32_t count, uint16_t joints[4], kd_vec4 *weights)
@@ -222,11 +236,13 @@ static kd_status find_skin(const reader *r, skin_source *out)
         kd_status status = find_span(r, &r->p->attributes, names[set][0], where, IS_UBYTE | IS_USHORT, 4, 4,
                                      &out->joints[set], &found);
         if (!status)
-            status = read_floats(r, &r->p->attributes, names[set][1], UNSIGNED_SMALL, 4, 4, &out->weights[set]);
+            status =
+                read_floats(r, &r->p->attributes, names[set][1], UNSIGNED_SMALL, 4, 4, &out->weights[set]);
         if (status)
             return status;
         if (found != (out->weights[set] != NULL))
-            return gltf_fail(r->l, KD_BAD_FORMAT, "joints and weights do not come together (%s); export the model again", where);
+            return gltf_fail(r->l, KD_BAD_FORMAT,
+                             "joints and weights do not come together (%s); export the model again", where);
         if (!found)
             break;
         out->sets = set + 1;
@@ -263,7 +279,8 @@ static kd_status load_skin(const reader *r, gltf_mesh_facts *facts, kd_primitive
     for (uint32_t v = 0; v < out->vertex_count; v++) {
         influence in[8];
         if (!gather(r, &source, v, in))
-            return gltf_fail(r->l, KD_BAD_FORMAT, "a joint weight is negative (%s.WEIGHTS_0, vertex %u); export the model again",
+            return gltf_fail(r->l, KD_BAD_FORMAT,
+                             "a joint weight is negative (%s.WEIGHTS_0, vertex %u); export the model again",
                              r->where, r->s->vertices[v]);
         if (!pick_four(in, source.sets * 4, joints[v], &weights[v])) {
             joints[v][0] = (uint16_t)in[0].joint;
@@ -274,7 +291,8 @@ static kd_status load_skin(const reader *r, gltf_mesh_facts *facts, kd_primitive
             facts->max_joint = joints[v][k] > facts->max_joint ? joints[v][k] : facts->max_joint;
     }
     if (bad)
-        gltf_warn(r->l, "%s.WEIGHTS_0: %u vertices have no weight and follow their first joint", r->where, bad);
+        gltf_warn(r->l, "%s.WEIGHTS_0: %u vertices have no weight and follow their first joint", r->where,
+                  bad);
     facts->skinned = true;
     out->joints = (const uint16_t(*)[4])joints;
     out->weights = weights;
@@ -283,8 +301,10 @@ static kd_status load_skin(const reader *r, gltf_mesh_facts *facts, kd_primitive
 
 /* ---- morph targets ---- */
 
-/* Flat normals of the fully moved target, less those at rest: what a target adds to normals that were made. */
-static kd_status flat_morph_normals(const reader *r, const kd_primitive_desc *out, const float *moves, float **normals)
+/* Flat normals of the fully moved target, less those at rest: what a target adds to normals that were made.
+ */
+static kd_status flat_morph_normals(const reader *r, const kd_primitive_desc *out, const float *moves,
+                                    float **normals)
 {
     kd_vec3 *moved, *made;
     kd_status status = gltf_alloc(r->l, &r->l->work, out->vertex_count, sizeof *moved, &moved);
@@ -293,7 +313,8 @@ static kd_status flat_morph_normals(const reader *r, const kd_primitive_desc *ou
     if (status)
         return status;
     for (uint32_t i = 0; i < out->vertex_count; i++)
-        moved[i] = kd_vec3_add(out->positions[i], (kd_vec3){moves[i * 3], moves[i * 3 + 1], moves[i * 3 + 2]});
+        moved[i] =
+            kd_vec3_add(out->positions[i], (kd_vec3){moves[i * 3], moves[i * 3 + 1], moves[i * 3 + 2]});
     mesh_flat_normals(moved, out->vertex_count, made);
     for (uint32_t i = 0; i < out->vertex_count; i++)
         made[i] = kd_vec3_sub(made[i], out->normals[i]);
@@ -301,7 +322,8 @@ static kd_status flat_morph_normals(const reader *r, const kd_primitive_desc *ou
     return KD_OK;
 }
 
-static kd_status load_target(const reader *r, size_t index, const kd_primitive_desc *out, float **moves, float **normals)
+static kd_status load_target(const reader *r, size_t index, const kd_primitive_desc *out, float **moves,
+                             float **normals)
 {
     char where[112];
     snprintf(where, sizeof where, "%s.targets[%zu]", r->where, index);
@@ -337,8 +359,9 @@ static kd_status load_targets(const reader *r, kd_primitive_desc *out)
     return status;
 }
 
-kd_status gltf_load_vertices(gltf_loader *l, const gltf_primitive *p, const char *where, uint32_t source_count,
-                             const gltf_selection *s, gltf_mesh_facts *facts, kd_primitive_desc *out)
+kd_status gltf_load_vertices(gltf_loader *l, const gltf_primitive *p, const char *where,
+                             uint32_t source_count, const gltf_selection *s, gltf_mesh_facts *facts,
+                             kd_primitive_desc *out)
 {
     reader r = {l, p, s, where, source_count};
     kd_status status = load_positions(&r, out);

@@ -16,7 +16,8 @@ typedef struct gltf_selection {
 int gltf_find_attribute(const gltf_attributes *attributes, const char *name);
 
 /** Fill everything of `out` but material and indices. source_count: elements each attribute must have. */
-kd_status gltf_load_vertices(gltf_loader *l, const gltf_primitive *p, const char *where, uint32_t source_count,
-                             const gltf_selection *s, gltf_mesh_facts *facts, kd_primitive_desc *out);
+kd_status gltf_load_vertices(gltf_loader *l, const gltf_primitive *p, const char *where,
+                             uint32_t source_count, const gltf_selection *s, gltf_mesh_facts *facts,
+                             kd_primitive_desc *out);
 
 #endif

@@ -73,7 +73,8 @@ kd_status image_measure(const uint8_t *bytes, size_t size, image_info *out, cons
     return KD_OK;
 }
 
-kd_status image_decode(const uint8_t *bytes, size_t size, const image_info *info, uint8_t *rgba, const char **error)
+kd_status image_decode(const uint8_t *bytes, size_t size, const image_info *info, uint8_t *rgba,
+                       const char **error)
 {
     size_t out_bytes = (size_t)info->width * info->height * 4;
     if (is_jpeg(bytes, size)) {

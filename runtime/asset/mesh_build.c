@@ -36,7 +36,8 @@ size_t mesh_unroll(mesh_topology topology, const uint32_t *in, size_t count, uin
     return written;
 }
 
-/* Twice the triangle's area along its normal. Products of large models overflow in float, so this works in double. */
+/* Twice the triangle's area along its normal. Products of large models overflow in float, so this works in
+ * double. */
 static kd_vec3 face_vector(kd_vec3 a, kd_vec3 b, kd_vec3 c, bool *flat)
 {
     double ux = (double)b.x - a.x, uy = (double)b.y - a.y, uz = (double)b.z - a.z;
@@ -69,7 +70,8 @@ static bool unit(kd_vec3 *v)
     return true;
 }
 
-static void accumulate_faces(const kd_vec3 *positions, const uint32_t *indices, size_t index_count, kd_vec3 *sums)
+static void accumulate_faces(const kd_vec3 *positions, const uint32_t *indices, size_t index_count,
+                             kd_vec3 *sums)
 {
     for (size_t i = 0; i + 2 < index_count; i += 3) {
         kd_vec3 a = positions[indices[i]], b = positions[indices[i + 1]], c = positions[indices[i + 2]];
@@ -79,8 +81,8 @@ static void accumulate_faces(const kd_vec3 *positions, const uint32_t *indices, 
     }
 }
 
-size_t mesh_mend_normals(const kd_vec3 *positions, const uint32_t *indices, size_t index_count, kd_vec3 *normals,
-                         size_t vertex_count, kd_vec3 *scratch)
+size_t mesh_mend_normals(const kd_vec3 *positions, const uint32_t *indices, size_t index_count,
+                         kd_vec3 *normals, size_t vertex_count, kd_vec3 *scratch)
 {
     size_t bad = 0;
     for (size_t i = 0; i < vertex_count; i++)
@@ -106,8 +108,8 @@ static kd_vec3 any_tangent(kd_vec3 n)
     return kd_vec3_normalize(t, (kd_vec3){1, 0, 0});
 }
 
-static void accumulate_tangents(const kd_vec3 *positions, const kd_vec2 *uv, const uint32_t *indices, size_t index_count,
-                                kd_vec3 *along_u, kd_vec3 *along_v)
+static void accumulate_tangents(const kd_vec3 *positions, const kd_vec2 *uv, const uint32_t *indices,
+                                size_t index_count, kd_vec3 *along_u, kd_vec3 *along_v)
 {
     for (size_t i = 0; i + 2 < index_count; i += 3) {
         uint32_t a = indices[i], b = indices[i + 1], c = indices[i + 2];
@@ -128,8 +130,9 @@ static void accumulate_tangents(const kd_vec3 *positions, const kd_vec2 *uv, con
     }
 }
 
-void mesh_make_tangents(const kd_vec3 *positions, const kd_vec3 *normals, const kd_vec2 *uv, const uint32_t *indices,
-                        size_t index_count, kd_vec4 *tangents, size_t vertex_count, kd_vec3 *scratch)
+void mesh_make_tangents(const kd_vec3 *positions, const kd_vec3 *normals, const kd_vec2 *uv,
+                        const uint32_t *indices, size_t index_count, kd_vec4 *tangents, size_t vertex_count,
+                        kd_vec3 *scratch)
 {
     kd_vec3 *along_u = scratch, *along_v = scratch + vertex_count;
     memset(scratch, 0, 2 * vertex_count * sizeof *scratch);
@@ -144,7 +147,8 @@ void mesh_make_tangents(const kd_vec3 *positions, const kd_vec3 *normals, const 
         }
         if (!known)
             t = any_tangent(n);
-        float down = kd_vec3_dot(kd_vec3_cross(n, t), along_v[i]); /* v runs down the picture, green in it points up */
+        float down =
+            kd_vec3_dot(kd_vec3_cross(n, t), along_v[i]); /* v runs down the picture, green in it points up */
         tangents[i] = (kd_vec4){t.x, t.y, t.z, down > 0 ? -1.0f : 1.0f};
     }
 }

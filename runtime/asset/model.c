@@ -1,5 +1,5 @@
-/* A load from beginning to end: read, split, scan, parse, check and convert, measure. The model owns one arena, which
- * stands in the model itself. */
+/* A load from beginning to end: read, split, scan, parse, check and convert, measure. The model owns one
+ * arena, which stands in the model itself. */
 
 #include "runtime/asset/model.h"
 
@@ -19,7 +19,8 @@
 static bool is_supported(const char *extension)
 {
     static const char *const supported[] = {"KHR_lights_punctual", "KHR_materials_emissive_strength",
-                                            "KHR_texture_transform", "KHR_mesh_quantization", "KHR_materials_unlit"};
+                                            "KHR_texture_transform", "KHR_mesh_quantization",
+                                            "KHR_materials_unlit"};
     for (size_t i = 0; i < sizeof supported / sizeof *supported; i++)
         if (strcmp(extension, supported[i]) == 0)
             return true;
@@ -31,7 +32,9 @@ static kd_status check_extensions(gltf_loader *l)
     gltf_strings required = l->doc.extensions_required, used = l->doc.extensions_used;
     for (size_t i = 0; i < required.count; i++)
         if (!is_supported(required.at[i]))
-            return gltf_fail(l, KD_UNSUPPORTED, "the model requires the extension '%.60s', which is not read (extensionsRequired); export it without",
+            return gltf_fail(l, KD_UNSUPPORTED,
+                             "the model requires the extension '%.60s', which is not read "
+                             "(extensionsRequired); export it without",
                              required.at[i]);
     const char **names;
     kd_status status = gltf_alloc(l, &l->kept, used.count + 1, sizeof *names, &names);
@@ -49,9 +52,12 @@ static kd_status check_version(gltf_loader *l)
 {
     const char *version = l->doc.version, *min = l->doc.min_version;
     if (strncmp(version, "2.", 2) != 0)
-        return gltf_fail(l, KD_UNSUPPORTED, "the file is glTF '%.20s' (asset.version); export it as glTF 2.0", version);
+        return gltf_fail(l, KD_UNSUPPORTED, "the file is glTF '%.20s' (asset.version); export it as glTF 2.0",
+                         version);
     if (*min && strcmp(min, "2.0") != 0)
-        return gltf_fail(l, KD_UNSUPPORTED, "the file needs a reader of glTF '%.20s' (asset.minVersion); export it as glTF 2.0", min);
+        return gltf_fail(l, KD_UNSUPPORTED,
+                         "the file needs a reader of glTF '%.20s' (asset.minVersion); export it as glTF 2.0",
+                         min);
     return KD_OK;
 }
 
@@ -65,7 +71,8 @@ static kd_status parse_file(gltf_loader *l, uint8_t *bytes, size_t size)
     if (!status)
         status = gltf_scan_json(l->chunks.json, l->chunks.json_size, &scan, error, sizeof error);
     if (!status)
-        status = gltf_parse(l->chunks.json, l->chunks.json_size, &scan, &l->scratch, &l->doc, error, sizeof error);
+        status =
+            gltf_parse(l->chunks.json, l->chunks.json_size, &scan, &l->scratch, &l->doc, error, sizeof error);
     free(scan.copy);
     return status ? gltf_fail(l, status, "%s; export the model again", error) : KD_OK;
 }
@@ -88,17 +95,21 @@ static kd_status make_tables(gltf_loader *l)
 static kd_status measure(gltf_loader *l)
 {
     if (!model_measure(l->model, &l->scratch))
-        return gltf_fail(l, KD_BAD_FORMAT, "the transforms carry vertices beyond what numbers hold (nodes); make the model smaller");
+        return gltf_fail(
+            l, KD_BAD_FORMAT,
+            "the transforms carry vertices beyond what numbers hold (nodes); make the model smaller");
     if (!l->model->triangle_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "the model holds no triangles in its scene; there is nothing to draw");
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "the model holds no triangles in its scene; there is nothing to draw");
     return KD_OK;
 }
 
 static kd_status convert(gltf_loader *l)
 {
     static kd_status (*const steps[])(gltf_loader *) = {
-        check_version,     check_extensions, make_tables,      gltf_load_buffers, gltf_load_materials, gltf_load_meshes,
-        gltf_load_cameras, gltf_load_lights, gltf_load_nodes,  gltf_load_skins,   gltf_load_clips,     measure,
+        check_version,       check_extensions, make_tables,       gltf_load_buffers,
+        gltf_load_materials, gltf_load_meshes, gltf_load_cameras, gltf_load_lights,
+        gltf_load_nodes,     gltf_load_skins,  gltf_load_clips,   measure,
     };
     kd_status status = KD_OK;
     for (size_t i = 0; !status && i < sizeof steps / sizeof *steps; i++)

@@ -141,7 +141,8 @@ typedef struct kd_model {
     const kd_skin_desc *skins;
     const kd_model_light *lights;
     const kd_model_camera *cameras;
-    const kd_node_desc *nodes;  /* of the default scene (of all nodes when no scene is named), parents first */
+    const kd_node_desc *nodes;  /* of the default scene (the first when none is named, all nodes without scenes), then
+                                  joints that stand outside it; parents first */
     const kd_clip_desc *clips;
     uint32_t warning_count;
     const char *const *warnings; /* optional extensions not supported, dropped points and lines, … */

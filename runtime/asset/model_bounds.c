@@ -2,11 +2,13 @@
 
 #include <math.h>
 
-/* Vertices and joints that are measured one by one: about half a second. A model that instances more than that is measured
- * on with boxes. */
+/* Vertices and joints that are measured one by one: about half a second. A model that instances more than
+ * that is measured on with boxes. */
 #define WORK_MAX (32u << 20)
 
-typedef struct box { kd_vec3 low, high; } box;
+typedef struct box {
+    kd_vec3 low, high;
+} box;
 
 typedef struct measure {
     const kd_model *model;
@@ -25,7 +27,8 @@ static void box_add(box *b, kd_vec3 p)
 static void add_corners(box *b, const kd_mat4 *world, const kd_primitive_desc *p)
 {
     for (int i = 0; i < 8; i++) {
-        kd_vec3 corner = {i & 1 ? p->bounds_max.x : p->bounds_min.x, i & 2 ? p->bounds_max.y : p->bounds_min.y,
+        kd_vec3 corner = {i & 1 ? p->bounds_max.x : p->bounds_min.x,
+                          i & 2 ? p->bounds_max.y : p->bounds_min.y,
                           i & 4 ? p->bounds_max.z : p->bounds_min.z};
         box_add(b, kd_mat4_point(world, corner));
     }
@@ -44,7 +47,8 @@ static void add_skinned(box *b, const kd_mat4 *joints, const kd_primitive_desc *
         kd_vec3 sum = {0, 0, 0};
         for (int k = 0; k < 4; k++)
             if (weights[k] > 0)
-                sum = kd_vec3_add(sum, kd_vec3_scale(kd_mat4_point(&joints[p->joints[v][k]], p->positions[v]), weights[k]));
+                sum = kd_vec3_add(
+                    sum, kd_vec3_scale(kd_mat4_point(&joints[p->joints[v][k]], p->positions[v]), weights[k]));
         box_add(b, sum);
     }
 }
@@ -120,7 +124,8 @@ bool model_measure(kd_model *model, kd_arena *scratch)
     if (!m.worlds || !m.joints || !make_worlds(model, m.worlds))
         return false;
     for (uint32_t i = 0; i < model->node_count; i++) {
-        uint64_t triangles = model->nodes[i].mesh == KD_NONE ? 0 : mesh_triangles(&model->meshes[model->nodes[i].mesh]);
+        uint64_t triangles =
+            model->nodes[i].mesh == KD_NONE ? 0 : mesh_triangles(&model->meshes[model->nodes[i].mesh]);
         model->triangle_count += triangles;
         if (triangles)
             add_node(&m, i);

@@ -1,5 +1,5 @@
-/* Primitives made in memory. Each is a grid of points (u, v) put on a surface; u rises along the tangent, v downwards as
- * in glTF, and triangles wind counter-clockwise seen from outside. */
+/* Primitives made in memory. Each is a grid of points (u, v) put on a surface; u rises along the tangent, v
+ * downwards as in glTF, and triangles wind counter-clockwise seen from outside. */
 
 #include "runtime/asset/model.h"
 
@@ -68,7 +68,9 @@ static void make_box(builder *b, kd_vec3 size)
 
 /* ---- surfaces of revolution ---- */
 
-typedef struct surface_point { kd_vec3 position, normal, tangent; } surface_point;
+typedef struct surface_point {
+    kd_vec3 position, normal, tangent;
+} surface_point;
 typedef surface_point surface(kd_vec3 size, float u, float v);
 
 static surface_point sphere_at(kd_vec3 size, float u, float v)
@@ -76,7 +78,8 @@ static surface_point sphere_at(kd_vec3 size, float u, float v)
     float a = u * 2 * PI_F, e = v * PI_F, r = size.x / 2, h = size.y / 2, s = v == 1 ? 0 : sinf(e);
     kd_vec3 out = {cosf(a) * s, cosf(e), -sinf(a) * s};
     /* The normal of an ellipsoid scales by the inverse of its axes. */
-    return (surface_point){{out.x * r, out.y * h, out.z * r}, {out.x / r, out.y / h, out.z / r}, {-sinf(a), 0, -cosf(a)}};
+    return (surface_point){
+        {out.x * r, out.y * h, out.z * r}, {out.x / r, out.y / h, out.z / r}, {-sinf(a), 0, -cosf(a)}};
 }
 
 static surface_point side_at(kd_vec3 size, float u, float v)
@@ -95,7 +98,8 @@ static surface_point torus_at(kd_vec3 size, float u, float v)
     return (surface_point){kd_vec3_add(centre, kd_vec3_scale(normal, tube)), normal, {-sinf(a), 0, -cosf(a)}};
 }
 
-/* `columns` by `rows` quads; the first and the last row of a surface with poles have one triangle a column. */
+/* `columns` by `rows` quads; the first and the last row of a surface with poles have one triangle a column.
+ */
 static void put_grid(builder *b, surface *at, kd_vec3 size, uint32_t columns, uint32_t rows, bool poles)
 {
     uint32_t first = b->vertex_count;
@@ -151,7 +155,8 @@ static void build(builder *b, kd_shape shape, kd_vec3 size, uint32_t n)
 
 static bool reserve(kd_arena *arena, builder *b, uint32_t n)
 {
-    uint32_t vertices = 64 + (n + 1) * (n + 4), indices = 6 * vertices; /* enough for every shape of n segments */
+    uint32_t vertices = 64 + (n + 1) * (n + 4),
+             indices = 6 * vertices; /* enough for every shape of n segments */
     b->positions = KD_ARENA_NEW(arena, kd_vec3, vertices);
     b->normals = KD_ARENA_NEW(arena, kd_vec3, vertices);
     b->tangents = KD_ARENA_NEW(arena, kd_vec4, vertices);
@@ -181,20 +186,42 @@ static void describe(shape_model *s, const char *name, const builder *b)
         low = (kd_vec3){fminf(low.x, p.x), fminf(low.y, p.y), fminf(low.z, p.z)};
         high = (kd_vec3){fmaxf(high.x, p.x), fmaxf(high.y, p.y), fmaxf(high.z, p.z)};
     }
-    s->primitive = (kd_primitive_desc){.vertex_count = b->vertex_count, .index_count = b->index_count, .indices = b->indices,
-                                       .positions = b->positions, .normals = b->normals, .tangents = b->tangents,
-                                       .uv0 = b->uv, .bounds_min = low, .bounds_max = high};
+    s->primitive = (kd_primitive_desc){.vertex_count = b->vertex_count,
+                                       .index_count = b->index_count,
+                                       .indices = b->indices,
+                                       .positions = b->positions,
+                                       .normals = b->normals,
+                                       .tangents = b->tangents,
+                                       .uv0 = b->uv,
+                                       .bounds_min = low,
+                                       .bounds_max = high};
     s->mesh = (kd_mesh_desc){.name = name, .primitive_count = 1, .primitives = &s->primitive};
-    s->node = (kd_node_desc){.name = name, .parent = KD_NONE, .rotation = {0, 0, 0, 1}, .scale = {1, 1, 1},
-                             .matrix = KD_MAT4_IDENTITY, .skin = KD_NONE, .camera = KD_NONE, .light = KD_NONE};
-    s->model = (kd_model){.path = name, .material_count = 1, .mesh_count = 1, .node_count = 1, .materials = &s->material,
-                          .meshes = &s->mesh, .nodes = &s->node, .warnings = s->none, .extensions_used = s->none,
-                          .generator = "kandil", .triangle_count = b->index_count / 3, .bounds_min = low, .bounds_max = high};
+    s->node = (kd_node_desc){.name = name,
+                             .parent = KD_NONE,
+                             .rotation = {0, 0, 0, 1},
+                             .scale = {1, 1, 1},
+                             .matrix = KD_MAT4_IDENTITY,
+                             .skin = KD_NONE,
+                             .camera = KD_NONE,
+                             .light = KD_NONE};
+    s->model = (kd_model){.path = name,
+                          .material_count = 1,
+                          .mesh_count = 1,
+                          .node_count = 1,
+                          .materials = &s->material,
+                          .meshes = &s->mesh,
+                          .nodes = &s->node,
+                          .warnings = s->none,
+                          .extensions_used = s->none,
+                          .generator = "kandil",
+                          .triangle_count = b->index_count / 3,
+                          .bounds_min = low,
+                          .bounds_max = high};
 }
 
 static bool is_usable(kd_shape shape, kd_vec3 s)
 {
-    bool x = s.x > 0 && s.x < 1e9f, y = s.y > 0 && s.y < 1e9f, z = s.z > 0 && s.z < 1e9f;
+    bool x = s.x > 0 && s.x<1e9f, y = s.y> 0 && s.y<1e9f, z = s.z> 0 && s.z < 1e9f;
     switch (shape) {
     case KD_SHAPE_BOX: return x && y && z;
     case KD_SHAPE_PLANE: return x && z;
@@ -203,13 +230,15 @@ static bool is_usable(kd_shape shape, kd_vec3 s)
     }
 }
 
-kd_status kd_model_make_shape(kd_shape shape, kd_vec3 size, uint32_t segments, const kd_material_desc *material, kd_model **out)
+kd_status kd_model_make_shape(kd_shape shape, kd_vec3 size, uint32_t segments,
+                              const kd_material_desc *material, kd_model **out)
 {
     *out = NULL;
     uint32_t n = segments ? segments : SEGMENTS;
     if ((unsigned)shape > KD_SHAPE_TORUS || !is_usable(shape, size))
-        return kd_fail(KD_OUT_OF_RANGE, "shape: the size %g, %g, %g makes no %s; give positive lengths", (double)size.x,
-                       (double)size.y, (double)size.z, (unsigned)shape > KD_SHAPE_TORUS ? "known shape" : shape_names[shape]);
+        return kd_fail(KD_OUT_OF_RANGE, "shape: the size %g, %g, %g makes no %s; give positive lengths",
+                       (double)size.x, (double)size.y, (double)size.z,
+                       (unsigned)shape > KD_SHAPE_TORUS ? "known shape" : shape_names[shape]);
     if (n < 3 || n > SEGMENTS_MAX)
         return kd_fail(KD_OUT_OF_RANGE, "shape: %u segments are not 3 to %u", n, SEGMENTS_MAX);
     kd_arena arena = {0};

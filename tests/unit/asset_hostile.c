@@ -1,4 +1,5 @@
-/* Whatever a file holds, a load ends soon in a model or in exactly one message. Meant to run under sanitizers too. */
+/* Whatever a file holds, a load ends soon in a model or in exactly one message. Meant to run under sanitizers
+ * too. */
 
 #include <sys/resource.h>
 
@@ -19,7 +20,8 @@ static bool load_any(const char *path)
     watch_messages();
     kd_status status = kd_model_load(path, &model);
     if ((status == KD_OK) != (model != NULL) || seen_messages.errors != (status != KD_OK))
-        fail_msg("%s: status %d, %d errors, last: %s", path, status, seen_messages.errors, seen_messages.last_error);
+        fail_msg("%s: status %d, %d errors, last: %s", path, status, seen_messages.errors,
+                 seen_messages.last_error);
     kd_model_destroy(model);
     return status == KD_OK;
 }
@@ -49,16 +51,25 @@ static void every_hostile_file_loads_or_gives_one_message(void **state)
 /* ---- a small GLB of our own, cut and bent ---- */
 
 static const char glb_json[] =
-    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,\"skin\":0,"
-    "\"children\":[1]},{\"rotation\":[0,0,0,1]}],\"skins\":[{\"joints\":[0,1]}],\"meshes\":[{\"primitives\":[{"
+    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,"
+    "\"skin\":0,"
+    "\"children\":[1]},{\"rotation\":[0,0,0,1]}],\"skins\":[{\"joints\":[0,1]}],\"meshes\":[{\"primitives\":["
+    "{"
     "\"attributes\":{\"POSITION\":0,\"JOINTS_0\":1,\"WEIGHTS_0\":2},\"targets\":[{\"POSITION\":4}]}]}],"
-    "\"animations\":[{\"channels\":[{\"sampler\":0,\"target\":{\"node\":1,\"path\":\"translation\"}}],\"samplers\":[{"
-    "\"input\":3,\"output\":0}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
-    "{\"bufferView\":1,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},{\"bufferView\":2,\"componentType\":5126,"
-    "\"count\":3,\"type\":\"VEC4\"},{\"bufferView\":3,\"componentType\":5126,\"count\":3,\"type\":\"SCALAR\"},{"
-    "\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":4,"
-    "\"componentType\":5121},\"values\":{\"bufferView\":0}}}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36},{"
-    "\"buffer\":0,\"byteOffset\":36,\"byteLength\":12},{\"buffer\":0,\"byteOffset\":48,\"byteLength\":48},{\"buffer\":0,"
+    "\"animations\":[{\"channels\":[{\"sampler\":0,\"target\":{\"node\":1,\"path\":\"translation\"}}],"
+    "\"samplers\":[{"
+    "\"input\":3,\"output\":0}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,"
+    "\"type\":\"VEC3\"},"
+    "{\"bufferView\":1,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},{\"bufferView\":2,"
+    "\"componentType\":5126,"
+    "\"count\":3,\"type\":\"VEC4\"},{\"bufferView\":3,\"componentType\":5126,\"count\":3,\"type\":\"SCALAR\"}"
+    ",{"
+    "\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{"
+    "\"bufferView\":4,"
+    "\"componentType\":5121},\"values\":{\"bufferView\":0}}}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":"
+    "36},{"
+    "\"buffer\":0,\"byteOffset\":36,\"byteLength\":12},{\"buffer\":0,\"byteOffset\":48,\"byteLength\":48},{"
+    "\"buffer\":0,"
     "\"byteOffset\":96,\"byteLength\":12},{\"buffer\":0,\"byteOffset\":108,\"byteLength\":4}],\"buffers\":[{"
     "\"byteLength\":112}]}";
 
@@ -69,7 +80,8 @@ typedef struct glb_body {
     uint8_t sparse_index[4];
 } glb_body;
 
-static const glb_body body = {{0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0.5f, 1}, {2}};
+static const glb_body body = {
+    {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0.5f, 1}, {2}};
 
 static void put_u32(uint8_t *p, size_t value)
 {
@@ -111,7 +123,8 @@ static void every_truncation_gives_one_message(void **state)
     limit_seconds(120);
     for (size_t cut = 0; cut < size; cut++) {
         write_bytes(in_folder("case.glb"), bytes, cut);
-        assert_false(load_any(in_folder("case.glb"))); /* the header's length says that something is missing */
+        assert_false(
+            load_any(in_folder("case.glb"))); /* the header's length says that something is missing */
     }
 }
 
@@ -158,21 +171,36 @@ static void bent_bytes_give_a_model_or_one_message(void **state)
 static void bent_numbers_give_a_model_or_one_message(void **state)
 {
     (void)state;
-    static const char *const numbers[] = {"-1", "0", "7", "255", "2147483647", "4294967295", "9223372036854775807",
-                                          "18446744073709551615", "1e300", "1.5", "null", "\"x\"", "[]", "{}"};
+    static const char *const numbers[] = {"-1",
+                                          "0",
+                                          "7",
+                                          "255",
+                                          "2147483647",
+                                          "4294967295",
+                                          "9223372036854775807",
+                                          "18446744073709551615",
+                                          "1e300",
+                                          "1.5",
+                                          "null",
+                                          "\"x\"",
+                                          "[]",
+                                          "{}"};
     uint8_t bytes[4096];
     char json[4096];
     make_glb(bytes);
     limit_seconds(300);
     write_bytes(in_folder("data.bin"), &body, sizeof body);
     for (size_t i = 0; i + 1 < sizeof glb_json; i++) {
-        bool digit = glb_json[i] >= '0' && glb_json[i] <= '9', before = strchr(":[,", glb_json[i - (i > 0)]) != NULL;
+        bool digit = glb_json[i] >= '0' && glb_json[i] <= '9',
+             before = strchr(":[,", glb_json[i - (i > 0)]) != NULL;
         if (!digit || !before)
             continue;
         size_t end = i + strspn(glb_json + i, "0123456789");
         for (size_t n = 0; n < sizeof numbers / sizeof *numbers; n++) {
-            int length = snprintf(json, sizeof json, "%.*s%s%s", (int)i, glb_json, numbers[n], glb_json + end);
-            char *buffer = strstr(json, "\"buffers\":[{"); /* the body stands beside, so that offsets still mean something */
+            int length =
+                snprintf(json, sizeof json, "%.*s%s%s", (int)i, glb_json, numbers[n], glb_json + end);
+            char *buffer = strstr(
+                json, "\"buffers\":[{"); /* the body stands beside, so that offsets still mean something */
             assert_non_null(buffer);
             char tail[256];
             snprintf(tail, sizeof tail, "%s", buffer + 12);
@@ -215,7 +243,8 @@ static void costly_texts_are_refused(void **state)
     expect_refusal(repeat("{'asset':{'version':'2.0'},'materials':[{}", ",{}", 70000, "]}"), KD_TOO_LARGE);
     expect_refusal(repeat("{'asset':{'version':'2.0'},'images':[{}", ",{}", 70000, "]}"), KD_TOO_LARGE);
     expect_refusal(repeat("{'asset':{'version':'2.0'},'nodes':[{}", ",{}", 1100000, "]}"), KD_TOO_LARGE);
-    expect_refusal(repeat("{'asset':{'version':'2.0'},'extensions':{'x':[0", ",[]", 4300000, "]}}"), KD_TOO_LARGE);
+    expect_refusal(repeat("{'asset':{'version':'2.0'},'extensions':{'x':[0", ",[]", 4300000, "]}}"),
+                   KD_TOO_LARGE);
     expect_refusal(repeat("{'asset':{'version':'2.0'},'scenes':[{}]", " ", 70u << 20, "}"), KD_TOO_LARGE);
 }
 
@@ -231,7 +260,8 @@ static void large_extras_cost_nothing(void **state)
     getrusage(RUSAGE_SELF, &after);
     assert_non_null(strstr(seen_messages.last_error, "no triangles"));
     free(text);
-    /* 10 MB of text in a few copies; parsed values would take 170 bytes each, 850 MB (sanitizers triple the copies). */
+    /* 10 MB of text in a few copies; parsed values would take 170 bytes each, 850 MB (sanitizers triple the
+     * copies). */
     assert_true(after.ru_maxrss - before.ru_maxrss < 400 * 1024);
 }
 

@@ -153,7 +153,8 @@ static void walking_man_stands_upright_in_rest_pose(void **state)
 {
     (void)state;
     kd_model *m = load("cesium_man/CesiumMan.glb");
-    /* The mesh is modelled with +Z up and turned by its joints: about 1.5 m tall along +Y only if the skin is applied. */
+    /* The mesh is modelled with +Z up and turned by its joints: about 1.5 m tall along +Y only if the skin is
+     * applied. */
     NEAR(m->bounds_max.y - m->bounds_min.y, 1.5f, 0.05f);
     assert_int_equal(m->images[0].width, 1024);
     assert_int_equal(m->images[0].height, 1024);

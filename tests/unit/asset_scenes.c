@@ -1,17 +1,16 @@
-/* Nodes, skins, clips, cameras, lights, materials and extensions from small files written here. */
+/* Nodes, skins, clips, cameras, lights and extensions from small files written here. */
 
 #include <math.h>
 
-#include <spng.h>
-
 #include "tests/unit/asset_support.h"
 
-/* A triangle at mesh 0, so that there is something to draw; `rest` brings nodes and what else a test is about. Its
- * accessor is 0, its 36 bytes come first in data.bin. */
-#define FILE_WITH(rest, accessors, views, bytes)                                                                       \
-    "{'asset':{'version':'2.0'}," rest ",'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}],"                   \
-    "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}" accessors "],"                        \
-    "'bufferViews':[{'buffer':0,'byteLength':36}" views "],'buffers':[{'uri':'data.bin','byteLength':" bytes "}]}"
+/* A triangle at mesh 0, so that there is something to draw; `rest` brings nodes and what else a test is
+ * about. Its accessor is 0, its 36 bytes come first in data.bin. */
+#define FILE_WITH(rest, accessors, views, bytes)                                                             \
+    "{'asset':{'version':'2.0'}," rest ",'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}],"         \
+    "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}" accessors "],"              \
+    "'bufferViews':[{'buffer':0,'byteLength':36}" views "],'buffers':[{'uri':'data.bin','byteLength':" bytes \
+    "}]}"
 #define PLAIN(rest) FILE_WITH(rest, "", "", "36"), triangle, sizeof triangle
 
 static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
@@ -21,7 +20,8 @@ static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
 static void nodes_come_parents_first_with_names(void **state)
 {
     (void)state;
-    kd_model *m = load_good(PLAIN("'scene':0,'scenes':[{'nodes':[2]}],'nodes':[{'mesh':0,'name':'leaf'},{'children':[0]},{'children':[1]},{'mesh':0}]"));
+    kd_model *m = load_good(PLAIN("'scene':0,'scenes':[{'nodes':[2]}],'nodes':[{'mesh':0,'name':'leaf'},{'"
+                                  "children':[0]},{'children':[1]},{'mesh':0}]"));
     assert_int_equal(m->node_count, 3); /* the fourth is in no scene */
     assert_int_equal(m->triangle_count, 1);
     assert_int_equal(m->nodes[0].parent, KD_NONE);
@@ -37,13 +37,16 @@ static void graphs_that_are_no_forest_are_refused(void **state)
     (void)state;
     load_bad(PLAIN("'nodes':[{'children':[1]},{'children':[0],'mesh':0}]"), KD_BAD_FORMAT, "own ancestor");
     load_bad(PLAIN("'nodes':[{'children':[0],'mesh':0}]"), KD_BAD_FORMAT, "own ancestor");
-    load_bad(PLAIN("'nodes':[{'mesh':0},{'children':[2]},{'children':[3]},{'children':[1]}]"), KD_BAD_FORMAT, "own ancestor");
+    load_bad(PLAIN("'nodes':[{'mesh':0},{'children':[2]},{'children':[3]},{'children':[1]}]"), KD_BAD_FORMAT,
+             "own ancestor");
     load_bad(PLAIN("'nodes':[{'children':[2]},{'children':[2]},{'mesh':0}]"), KD_BAD_FORMAT, "two parents");
     load_bad(PLAIN("'nodes':[{'children':[1,1]},{'mesh':0}]"), KD_BAD_FORMAT, "two parents");
     load_bad(PLAIN("'nodes':[{'children':[9],'mesh':0}]"), KD_BAD_FORMAT, "no node 9 (nodes[0].children[0])");
-    load_bad(PLAIN("'scene':0,'scenes':[{'nodes':[1]}],'nodes':[{'children':[1]},{'mesh':0}]"), KD_BAD_FORMAT, "no root");
+    load_bad(PLAIN("'scene':0,'scenes':[{'nodes':[1]}],'nodes':[{'children':[1]},{'mesh':0}]"), KD_BAD_FORMAT,
+             "no root");
     load_bad(PLAIN("'scene':4,'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0}]"), KD_BAD_FORMAT, "no scene 4");
-    load_bad(PLAIN("'nodes':[{'mesh':0,'scale':[1e39,1,1]}]"), KD_BAD_FORMAT, "nodes[0].scale"); /* infinite as a float */
+    load_bad(PLAIN("'nodes':[{'mesh':0,'scale':[1e39,1,1]}]"), KD_BAD_FORMAT,
+             "nodes[0].scale"); /* infinite as a float */
     load_bad(PLAIN("'nodes':[{'mesh':0,'translation':[1,2]}]"), KD_BAD_FORMAT, "nodes[0].translation");
 }
 
@@ -65,11 +68,13 @@ static void every_split_matrix_composes_again(void **state)
 {
     (void)state;
     /* Half turns and mirrors take each branch of the split. */
-    static const char *const matrices[] = {"1,0,0,0,0,-1,0,0,0,0,-1,0", "-1,0,0,0,0,1,0,0,0,0,-1,0", "-1,0,0,0,0,-1,0,0,0,0,1,0",
-                                           "-1,0,0,0,0,1,0,0,0,0,1,0",  "0,0,1,0,0,2,0,0,3,0,0,0",   "-1,0,0,0,0,-1,0,0,0,0,-1,0"};
+    static const char *const matrices[] = {"1,0,0,0,0,-1,0,0,0,0,-1,0", "-1,0,0,0,0,1,0,0,0,0,-1,0",
+                                           "-1,0,0,0,0,-1,0,0,0,0,1,0", "-1,0,0,0,0,1,0,0,0,0,1,0",
+                                           "0,0,1,0,0,2,0,0,3,0,0,0",   "-1,0,0,0,0,-1,0,0,0,0,-1,0"};
     for (size_t i = 0; i < sizeof matrices / sizeof *matrices; i++) {
         char json[1024];
-        snprintf(json, sizeof json, FILE_WITH("'nodes':[{'mesh':0,'matrix':[%s,0,0,0,1]}]", "", "", "36"), matrices[i]);
+        snprintf(json, sizeof json, FILE_WITH("'nodes':[{'mesh':0,'matrix':[%s,0,0,0,1]}]", "", "", "36"),
+                 matrices[i]);
         kd_model *m = load_good(json, triangle, sizeof triangle);
         const kd_node_desc *n = &m->nodes[0];
         assert_false(n->has_matrix);
@@ -93,16 +98,26 @@ static void sheared_matrices_stay_matrices(void **state)
 /* ---- skins ---- */
 
 static const char skin_format[] =
-    "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0,'skin':0,'translation':[100,0,0]},{'children':[2]},"
-    "{'translation':[0,1,0]}],'skins':[{'joints':[%s]%s}],'meshes':[{'primitives':[{'attributes':{'POSITION':0,'JOINTS_0':1,"
+    "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0,'skin':0,'translation':[100,0,0]}"
+    ",{'children':[2]},"
+    "{'translation':[0,1,0]}],'skins':[{'joints':[%s]%s}],'meshes':[{'primitives':[{'attributes':{'POSITION':"
+    "0,'JOINTS_0':1,"
     "'WEIGHTS_0':2}}]}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'},"
-    "{'bufferView':1,'componentType':5121,'count':3,'type':'VEC4'},{'bufferView':2,'componentType':5121,'normalized':true,'count':3,'type':'VEC4'},"
-    "{'bufferView':3,'componentType':5126,'count':1,'type':'MAT4'}],'bufferViews':[{'buffer':0,'byteLength':36},"
-    "{'buffer':0,'byteOffset':36,'byteLength':12},{'buffer':0,'byteOffset':48,'byteLength':12},{'buffer':0,'byteOffset':60,'byteLength':64}],"
+    "{'bufferView':1,'componentType':5121,'count':3,'type':'VEC4'},{'bufferView':2,'componentType':5121,'"
+    "normalized':true,'count':3,'type':'VEC4'},"
+    "{'bufferView':3,'componentType':5126,'count':1,'type':'MAT4'}],'bufferViews':[{'buffer':0,'byteLength':"
+    "36},"
+    "{'buffer':0,'byteOffset':36,'byteLength':12},{'buffer':0,'byteOffset':48,'byteLength':12},{'buffer':0,'"
+    "byteOffset':60,'byteLength':64}],"
     "'buffers':[{'uri':'data.bin','byteLength':124}]}";
 
-typedef struct skin_data { float at[9]; uint8_t joints[12], weights[12]; float matrix[16]; } skin_data;
-static const skin_data two_joints = {{0, 0, 0, 1, 0, 0, 0, 1, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {255, 0, 0, 0, 255, 0, 0, 0, 255}, {0}};
+typedef struct skin_data {
+    float at[9];
+    uint8_t joints[12], weights[12];
+    float matrix[16];
+} skin_data;
+static const skin_data two_joints = {
+    {0, 0, 0, 1, 0, 0, 0, 1, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {255, 0, 0, 0, 255, 0, 0, 0, 255}, {0}};
 
 static void skins_bring_their_joints_and_pose_the_bounds(void **state)
 {
@@ -115,7 +130,8 @@ static void skins_bring_their_joints_and_pose_the_bounds(void **state)
     assert_int_equal(m->skins[0].joints[0], 1);
     assert_int_equal(m->nodes[m->skins[0].joints[1]].parent, 1);
     NEAR(m->skins[0].inverse_bind[1].m[0], 1, 0); /* none in the file: identity */
-    /* All vertices follow joint 1, which stands at y = 1; the node's own place does not count (glTF 2.0, 3.7.3.3). */
+    /* All vertices follow joint 1, which stands at y = 1; the node's own place does not count
+     * (glTF 2.0, 3.7.3.3). */
     assert_vec3(m->bounds_min, 0, 1, 0, 1e-6f);
     assert_vec3(m->bounds_max, 1, 2, 0, 1e-6f);
     kd_model_destroy(m);
@@ -142,14 +158,17 @@ static void skins_that_do_not_fit_are_refused(void **state)
 
 /* ---- clips ---- */
 
-#define ANIMATED(path, interpolation, value_type, value_count)                                                         \
-    FILE_WITH("'nodes':[{'mesh':0}],'animations':[{'name':'move','channels':[{'sampler':0,'target':{'node':0,'path':'" path   \
-              "'}}],'samplers':[{'input':1,'output':2,'interpolation':'" interpolation "'}]}]",                        \
-              ",{'bufferView':1,'componentType':5126,'count':2,'type':'SCALAR'},"                                      \
-              "{'bufferView':2,'componentType':5126,'count':" value_count ",'type':'" value_type "'}",                 \
-              ",{'buffer':0,'byteOffset':36,'byteLength':8},{'buffer':0,'byteOffset':44,'byteLength':96}", "140")
+#define ANIMATED(path, interpolation, value_type, value_count)                                               \
+    FILE_WITH(                                                                                               \
+        "'nodes':[{'mesh':0}],'animations':[{'name':'move','channels':[{'sampler':0,'target':{'node':0,'"    \
+        "path':'" path "'}}],'samplers':[{'input':1,'output':2,'interpolation':'" interpolation "'}]}]",     \
+        ",{'bufferView':1,'componentType':5126,'count':2,'type':'SCALAR'},"                                  \
+        "{'bufferView':2,'componentType':5126,'count':" value_count ",'type':'" value_type "'}",             \
+        ",{'buffer':0,'byteOffset':36,'byteLength':8},{'buffer':0,'byteOffset':44,'byteLength':96}", "140")
 
-typedef struct clip_data { float at[9], times[2], values[24]; } clip_data;
+typedef struct clip_data {
+    float at[9], times[2], values[24];
+} clip_data;
 
 static void clips_of_each_interpolation_are_read(void **state)
 {
@@ -184,15 +203,20 @@ static void clips_that_do_not_fit_are_refused(void **state)
 {
     (void)state;
     clip_data data = {{0, 0, 0, 1, 0, 0, 0, 1, 0}, {0.5f, 2}, {0}};
-    load_bad(ANIMATED("translation", "LINEAR", "VEC3", "3"), &data, sizeof data, KD_BAD_FORMAT, "3 values where 2 are wanted");
-    load_bad(ANIMATED("translation", "CUBICSPLINE", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT, "2 values where 6 are wanted");
+    load_bad(ANIMATED("translation", "LINEAR", "VEC3", "3"), &data, sizeof data, KD_BAD_FORMAT,
+             "3 values where 2 are wanted");
+    load_bad(ANIMATED("translation", "CUBICSPLINE", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT,
+             "2 values where 6 are wanted");
     load_bad(ANIMATED("rotation", "LINEAR", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT, "type");
-    load_bad(ANIMATED("translation", "SMOOTH", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT, "'SMOOTH' is no interpolation");
+    load_bad(ANIMATED("translation", "SMOOTH", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT,
+             "'SMOOTH' is no interpolation");
     data.values[1] = NAN;
-    load_bad(ANIMATED("translation", "LINEAR", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT, "not finite (animations[0].samplers[0]");
+    load_bad(ANIMATED("translation", "LINEAR", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT,
+             "not finite (animations[0].samplers[0]");
     data.values[1] = 0;
     data.times[1] = 0.5f;
-    load_bad(ANIMATED("translation", "LINEAR", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT, "key 1 does not follow");
+    load_bad(ANIMATED("translation", "LINEAR", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT,
+             "key 1 does not follow");
     data.times[1] = INFINITY;
     load_bad(ANIMATED("translation", "LINEAR", "VEC3", "2"), &data, sizeof data, KD_BAD_FORMAT, "not finite");
 }
@@ -201,7 +225,8 @@ static void channels_that_move_nothing_are_left_out(void **state)
 {
     (void)state;
     clip_data data = {{0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1}, {0}};
-    kd_model *m = load_good(ANIMATED("weights", "LINEAR", "SCALAR", "2"), &data, sizeof data); /* no morph targets there */
+    kd_model *m = load_good(ANIMATED("weights", "LINEAR", "SCALAR", "2"), &data,
+                            sizeof data); /* no morph targets there */
     assert_int_equal(m->clips[0].channel_count, 0);
     assert_int_equal(m->warning_count, 1);
     kd_model_destroy(m);
@@ -216,8 +241,10 @@ static void channels_that_move_nothing_are_left_out(void **state)
 static void cameras_are_checked(void **state)
 {
     (void)state;
-    kd_model *m = load_good(PLAIN("'nodes':[{'mesh':0,'camera':1}],'cameras':[{'type':'perspective','perspective':{'yfov':1,'znear':0.1}},"
-                                  "{'type':'orthographic','orthographic':{'xmag':2,'ymag':3,'znear':0,'zfar':9}}]"));
+    kd_model *m =
+        load_good(PLAIN("'nodes':[{'mesh':0,'camera':1}],'cameras':[{'type':'perspective','perspective':{'"
+                        "yfov':1,'znear':0.1}},"
+                        "{'type':'orthographic','orthographic':{'xmag':2,'ymag':3,'znear':0,'zfar':9}}]"));
     NEAR(m->cameras[0].fov_y, 1, 0);
     NEAR(m->cameras[0].z_far, 0, 0);
     NEAR(m->cameras[0].aspect, 0, 0);
@@ -225,22 +252,29 @@ static void cameras_are_checked(void **state)
     NEAR(m->cameras[1].y_mag, 3, 0);
     assert_int_equal(m->nodes[0].camera, 1);
     kd_model_destroy(m);
-    static const char *const bad[] = {"'yfov':0,'znear':0.1", "'yfov':-1,'znear':0.1", "'yfov':4,'znear':1", "'yfov':1,'znear':0",
+    static const char *const bad[] = {"'yfov':0,'znear':0.1",        "'yfov':-1,'znear':0.1",
+                                      "'yfov':4,'znear':1",          "'yfov':1,'znear':0",
                                       "'yfov':1,'znear':2,'zfar':1", "'yfov':1,'znear':0.1,'aspectRatio':-2"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         char json[1024];
-        snprintf(json, sizeof json, FILE_WITH("'nodes':[{'mesh':0}],'cameras':[{'type':'perspective','perspective':{%s}}]", "", "", "36"), bad[i]);
+        snprintf(json, sizeof json,
+                 FILE_WITH("'nodes':[{'mesh':0}],'cameras':[{'type':'perspective','perspective':{%s}}]", "",
+                           "", "36"),
+                 bad[i]);
         load_bad(json, triangle, sizeof triangle, KD_BAD_FORMAT, "cameras[0]");
     }
 }
 
-#define LIT(light) "'nodes':[{'mesh':0,'extensions':{'KHR_lights_punctual':{'light':0}}}],'extensionsUsed':['KHR_lights_punctual']," \
+#define LIT(light)                                                                                           \
+    "'nodes':[{'mesh':0,'extensions':{'KHR_lights_punctual':{'light':0}}}],'extensionsUsed':['KHR_lights_"   \
+    "punctual'],"                                                                                            \
     "'extensions':{'KHR_lights_punctual':{'lights':[" light "]}}"
 
 static void lights_are_read_with_their_defaults(void **state)
 {
     (void)state;
-    kd_model *m = load_good(PLAIN(LIT("{'type':'spot','intensity':5,'color':[1,0.5,0],'range':3,'spot':{}}")));
+    kd_model *m =
+        load_good(PLAIN(LIT("{'type':'spot','intensity':5,'color':[1,0.5,0],'range':3,'spot':{}}")));
     const kd_model_light *light = &m->lights[0];
     assert_int_equal(light->type, KD_LIGHT_SPOT);
     assert_vec3(light->color, 1, 0.5f, 0, 0);
@@ -251,93 +285,9 @@ static void lights_are_read_with_their_defaults(void **state)
     kd_model_destroy(m);
     load_bad(PLAIN(LIT("{'type':'laser'}")), KD_BAD_FORMAT, "'laser' is no light type");
     load_bad(PLAIN(LIT("{'type':'point','intensity':-1}")), KD_BAD_FORMAT, "not negative");
-    load_bad(PLAIN(LIT("{'type':'spot','spot':{'innerConeAngle':1,'outerConeAngle':0.5}}")), KD_BAD_FORMAT, "inner < outer");
+    load_bad(PLAIN(LIT("{'type':'spot','spot':{'innerConeAngle':1,'outerConeAngle':0.5}}")), KD_BAD_FORMAT,
+             "inner < outer");
     load_bad(PLAIN(LIT("")), KD_BAD_FORMAT, "nodes[0].light");
-}
-
-/* ---- materials ---- */
-
-/* Two pixels, red half transparent and blue: PNG from libspng, which reads it back. */
-static void *make_png(size_t *size)
-{
-    static const uint8_t pixels[8] = {255, 0, 0, 128, 0, 0, 255, 255};
-    struct spng_ihdr header = {.width = 2, .height = 1, .bit_depth = 8, .color_type = SPNG_COLOR_TYPE_TRUECOLOR_ALPHA};
-    spng_ctx *png = spng_ctx_new(SPNG_CTX_ENCODER);
-    int code;
-    assert_int_equal(spng_set_option(png, SPNG_ENCODE_TO_BUFFER, 1), 0);
-    assert_int_equal(spng_set_ihdr(png, &header), 0);
-    assert_int_equal(spng_encode_image(png, pixels, sizeof pixels, SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE), 0);
-    void *bytes = spng_get_png_buffer(png, size, &code);
-    assert_non_null(bytes);
-    spng_ctx_free(png);
-    return bytes;
-}
-
-static const char material_json[] =
-    "{'asset':{'version':'2.0'},'nodes':[{'mesh':0}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':0}]}],"
-    "'extensionsUsed':['KHR_texture_transform','KHR_materials_emissive_strength','KHR_materials_unlit'],"
-    "'materials':[{'name':'paint','alphaMode':'MASK','alphaCutoff':0.25,'doubleSided':true,'emissiveFactor':[1,0.5,0],"
-    "'extensions':{'KHR_materials_emissive_strength':{'emissiveStrength':4},'KHR_materials_unlit':{}},"
-    "'occlusionTexture':{'index':0,'strength':0.5},"
-    "'pbrMetallicRoughness':{'baseColorFactor':[0.1,0.2,0.3,0.4],'metallicFactor':0.5,'roughnessFactor':2,"
-    "'baseColorTexture':{'index':0,'extensions':{'KHR_texture_transform':{'offset':[0.5,0.25],'scale':[2,3],'rotation':1.5,'texCoord':1}}}}}],"
-    "'textures':[{'source':1,'sampler':0}],'samplers':[{'magFilter':9728,'wrapS':33071,'wrapT':33648}],"
-    "'images':[{'uri':'missing.png'},{'bufferView':1,'mimeType':'image/png'}],"
-    "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],'bufferViews':[{'buffer':0,'byteLength':36},"
-    "{'buffer':0,'byteOffset':36,'byteLength':%zu}],'buffers':[{'uri':'data.bin','byteLength':%zu}]}";
-
-static void materials_are_read_whole(void **state)
-{
-    (void)state;
-    size_t size;
-    void *png = make_png(&size);
-    uint8_t *data = malloc(36 + size);
-    char json[4096];
-    assert_non_null(data);
-    memcpy(data, triangle, 36);
-    memcpy(data + 36, png, size);
-    snprintf(json, sizeof json, material_json, size, 36 + size);
-    kd_model *m = load_good(json, data, 36 + size);
-    const kd_material_desc *p = &m->materials[0];
-    assert_string_equal(p->name, "paint");
-    NEAR(p->base_color.w, 0.4f, 0);
-    NEAR(p->metallic, 0.5f, 0);
-    NEAR(p->roughness, 1, 0); /* 2 is clamped, with a warning */
-    assert_int_equal(m->warning_count, 1);
-    assert_non_null(strstr(m->warnings[0], "materials[0].roughnessFactor"));
-    assert_vec3(p->emissive, 4, 2, 0, 0);
-    assert_int_equal(p->alpha_mode, KD_ALPHA_MASK);
-    NEAR(p->alpha_cutoff, 0.25f, 0);
-    NEAR(p->occlusion_strength, 0.5f, 0);
-    assert_true(p->double_sided && p->unlit);
-    const kd_texture_ref *map = &p->base_color_map;
-    assert_int_equal(map->image, 0); /* the only picture in use; the missing one is not, and nobody asks for it */
-    assert_int_equal(map->uv_set, 1);
-    assert_true(map->nearest && map->wrap_s == KD_WRAP_CLAMP && map->wrap_t == KD_WRAP_MIRROR);
-    NEAR(map->offset.x, 0.5f, 0);
-    NEAR(map->scale.y, 3, 0);
-    NEAR(map->rotation, 1.5f, 0);
-    assert_int_equal(p->normal_map.image, KD_NONE);
-    static const uint8_t pixels[8] = {255, 0, 0, 128, 0, 0, 255, 255};
-    assert_int_equal(m->image_count, 1);
-    assert_memory_equal(m->images[0].rgba, pixels, sizeof pixels);
-    kd_model_destroy(m);
-    /* Every cut of the picture, and something that is no picture. */
-    for (size_t cut = 0; cut < size; cut++) {
-        snprintf(json, sizeof json, material_json, cut, 36 + size);
-        kd_model *none = NULL;
-        kd_status status = load_case(json, data, 36 + size, &none);
-        if (!status) /* only the closing chunk may be missing: libspng has all pixels by then */
-            assert_memory_equal(none->images[0].rgba, pixels, sizeof pixels);
-        assert_int_equal(seen_messages.errors, status != KD_OK);
-        assert_true(status || cut + 16 >= size);
-        kd_model_destroy(none);
-    }
-    memset(data + 36, 'x', size);
-    snprintf(json, sizeof json, material_json, size, 36 + size);
-    load_bad(json, data, 36 + size, KD_UNSUPPORTED, "neither PNG nor JPEG");
-    free(data);
-    free(png);
 }
 
 /* ---- the head of the file ---- */
@@ -345,9 +295,11 @@ static void materials_are_read_whole(void **state)
 static void required_extensions_are_refused_by_name(void **state)
 {
     (void)state;
-    load_bad(PLAIN("'nodes':[{'mesh':0}],'extensionsUsed':['KHR_draco_mesh_compression'],'extensionsRequired':['KHR_draco_mesh_compression']"),
+    load_bad(PLAIN("'nodes':[{'mesh':0}],'extensionsUsed':['KHR_draco_mesh_compression'],'extensionsRequired'"
+                   ":['KHR_draco_mesh_compression']"),
              KD_UNSUPPORTED, "'KHR_draco_mesh_compression'");
-    kd_model *m = load_good(PLAIN("'nodes':[{'mesh':0}],'extensionsUsed':['KHR_materials_sheen','KHR_mesh_quantization'],'extensionsRequired':['KHR_mesh_quantization']"));
+    kd_model *m = load_good(PLAIN("'nodes':[{'mesh':0}],'extensionsUsed':['KHR_materials_sheen','KHR_mesh_"
+                                  "quantization'],'extensionsRequired':['KHR_mesh_quantization']"));
     assert_int_equal(m->warning_count, 1);
     assert_non_null(strstr(m->warnings[0], "KHR_materials_sheen"));
     assert_string_equal(m->extensions_used[1], "KHR_mesh_quantization");
@@ -380,7 +332,6 @@ int main(void)
         cmocka_unit_test(channels_that_move_nothing_are_left_out),
         cmocka_unit_test(cameras_are_checked),
         cmocka_unit_test(lights_are_read_with_their_defaults),
-        cmocka_unit_test(materials_are_read_whole),
         cmocka_unit_test(required_extensions_are_refused_by_name),
         cmocka_unit_test(versions_other_than_2_are_refused),
     };

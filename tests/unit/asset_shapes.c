@@ -61,7 +61,8 @@ static void assert_closed(const kd_primitive_desc *p)
         uint32_t next = i % 3 == 2 ? i - 2 : i + 1, partners = 0;
         for (uint32_t j = 0; j < p->index_count; j++) {
             uint32_t after = j % 3 == 2 ? j - 2 : j + 1;
-            partners += same_place(corner(p, i), corner(p, after)) && same_place(corner(p, next), corner(p, j));
+            partners +=
+                same_place(corner(p, i), corner(p, after)) && same_place(corner(p, next), corner(p, j));
         }
         assert_int_equal(partners, 1);
     }
@@ -103,9 +104,11 @@ static void sphere_is_closed_and_round(void **state)
     const kd_primitive_desc *p = only_primitive(m);
     for (uint32_t i = 0; i < p->vertex_count; i++) {
         NEAR(kd_vec3_length(p->positions[i]), 1, 1e-5f);
-        assert_vec3(kd_vec3_sub(p->positions[i], p->normals[i]), 0, 0, 0, 1e-5f); /* a unit sphere's normal is its place */
+        assert_vec3(kd_vec3_sub(p->positions[i], p->normals[i]), 0, 0, 0,
+                    1e-5f); /* a unit sphere's normal is its place */
     }
-    /* 24 by 12: a chord of 15 degrees loses 1 - cos(7.5 deg) = 0.9 % of the radius each way, so about 3 % of the volume. */
+    /* 24 by 12: a chord of 15 degrees loses 1 - cos(7.5 deg) = 0.9 % of the radius each way, so about 3 % of
+     * the volume. */
     assert_true(volume(p) < 4.0 / 3 * PI && volume(p) > 4.0 / 3 * PI * 0.96);
     assert_true(area(p) < 4 * PI && area(p) > 4 * PI * 0.97);
     assert_closed(p);
@@ -170,15 +173,21 @@ static void coarsest_shapes_are_closed_too(void **state)
 static void shapes_refuse_what_cannot_be_made(void **state)
 {
     (void)state;
-    static const struct { kd_shape shape; kd_vec3 size; uint32_t segments; } bad[] = {
-        {KD_SHAPE_BOX, {0, 1, 1}, 0},    {KD_SHAPE_BOX, {1, -1, 1}, 0},   {KD_SHAPE_SPHERE, {NAN, 1, 1}, 0},
-        {KD_SHAPE_TORUS, {1, 2, 0}, 0},  {KD_SHAPE_SPHERE, {1, 1, 1}, 2}, {KD_SHAPE_SPHERE, {1, 1, 1}, 100000},
-        {(kd_shape)77, {1, 1, 1}, 0},    {KD_SHAPE_PLANE, {1, 0, INFINITY}, 0},
+    static const struct {
+        kd_shape shape;
+        kd_vec3 size;
+        uint32_t segments;
+    } bad[] = {
+        {KD_SHAPE_BOX, {0, 1, 1}, 0},      {KD_SHAPE_BOX, {1, -1, 1}, 0},
+        {KD_SHAPE_SPHERE, {NAN, 1, 1}, 0}, {KD_SHAPE_TORUS, {1, 2, 0}, 0},
+        {KD_SHAPE_SPHERE, {1, 1, 1}, 2},   {KD_SHAPE_SPHERE, {1, 1, 1}, 100000},
+        {(kd_shape)77, {1, 1, 1}, 0},      {KD_SHAPE_PLANE, {1, 0, INFINITY}, 0},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         kd_model *m = NULL;
         watch_messages();
-        assert_int_equal(kd_model_make_shape(bad[i].shape, bad[i].size, bad[i].segments, NULL, &m), KD_OUT_OF_RANGE);
+        assert_int_equal(kd_model_make_shape(bad[i].shape, bad[i].size, bad[i].segments, NULL, &m),
+                         KD_OUT_OF_RANGE);
         assert_null(m);
         assert_int_equal(seen_messages.errors, 1);
     }

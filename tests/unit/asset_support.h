@@ -17,7 +17,10 @@
 #include "runtime/asset/model.h"
 #include "runtime/core/log.h"
 
-typedef struct messages { int errors, warnings; char last_error[1024]; } messages;
+typedef struct messages {
+    int errors, warnings;
+    char last_error[1024];
+} messages;
 static messages seen_messages;
 
 static inline void collect_message(void *user, kd_log_level level, const char *text)
@@ -85,7 +88,8 @@ static inline kd_model *load_good(const char *json, const void *bin, size_t size
 }
 
 /* The case must fail with one message that holds `part`. */
-static inline void load_bad(const char *json, const void *bin, size_t size, kd_status expected, const char *part)
+static inline void load_bad(const char *json, const void *bin, size_t size, kd_status expected,
+                            const char *part)
 {
     kd_model *model = NULL;
     kd_status status = load_case(json, bin, size, &model);
