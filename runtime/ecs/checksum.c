@@ -7,15 +7,18 @@
 
 #include "runtime/ecs/internal.h"
 
-static void add_text(XXH3_state_t *state, const char *text) {
+static void add_text(XXH3_state_t *state, const char *text)
+{
     XXH3_64bits_update(state, text, strlen(text) + 1);
 }
 
-static void add_u32(XXH3_state_t *state, uint32_t value) {
+static void add_u32(XXH3_state_t *state, uint32_t value)
+{
     XXH3_64bits_update(state, &value, sizeof value);
 }
 
-static void add_spans(XXH3_state_t *state, const ecs_component *c, const uint8_t *data, uint32_t count) {
+static void add_spans(XXH3_state_t *state, const ecs_component *c, const uint8_t *data, uint32_t count)
+{
     if (c->span_count == 1 && c->spans[0].size == c->size) {
         XXH3_64bits_update(state, data, (size_t)count * c->size);
         return;
@@ -26,7 +29,8 @@ static void add_spans(XXH3_state_t *state, const ecs_component *c, const uint8_t
 }
 
 /* Only rows that have something add to the sum: an array that once was longer must not show. */
-static void add_hierarchy(XXH3_state_t *state, const kd_world *w, const ecs_table *t) {
+static void add_hierarchy(XXH3_state_t *state, const kd_world *w, const ecs_table *t)
+{
     if (t->depth)
         XXH3_64bits_update(state, ecs_parents(t), t->count * sizeof(kd_entity));
     for (uint32_t row = 0; row < t->count && w->node_limit; row++) {
@@ -38,7 +42,8 @@ static void add_hierarchy(XXH3_state_t *state, const kd_world *w, const ecs_tabl
     }
 }
 
-static void add_names(XXH3_state_t *state, const kd_world *w, const ecs_table *t) {
+static void add_names(XXH3_state_t *state, const kd_world *w, const ecs_table *t)
+{
     for (uint32_t row = 0; row < t->count && w->name_limit; row++) {
         uint32_t index = ecs_entities(t)[row].index;
         uint32_t group = index < w->name_limit ? w->name_links[index].group : 0;
@@ -54,7 +59,8 @@ static uint32_t order_by_name(const kd_world *w, const ecs_archetype *a, kd_comp
 {
     for (uint32_t i = 0; i < a->id_count; i++) {
         uint32_t at = i;
-        for (; at && strcmp(w->components[ids[at - 1]].desc->name, w->components[a->ids[i]].desc->name) > 0; at--)
+        for (; at && strcmp(w->components[ids[at - 1]].desc->name, w->components[a->ids[i]].desc->name) > 0;
+             at--)
             ids[at] = ids[at - 1];
         ids[at] = a->ids[i];
     }
@@ -78,11 +84,12 @@ static void add_table(XXH3_state_t *state, const kd_world *w, const ecs_table *t
     }
 }
 
-uint64_t kd_world_checksum(const kd_world *w) {
+uint64_t kd_world_checksum(const kd_world *w)
+{
     XXH3_state_t state;
     XXH3_64bits_reset(&state);
-    for (uint32_t i = 0; i < w->table_count; i++)
-        if (w->tables[i]->count)
-            add_table(&state, w, w->tables[i]);
+    for (uint32_t i = 0; i < w->head.table_count; i++)
+        if (w->head.tables[i]->count)
+            add_table(&state, w, w->head.tables[i]);
     return XXH3_64bits_digest(&state);
 }

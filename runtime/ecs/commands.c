@@ -36,19 +36,22 @@ typedef struct command_value {
 _Static_assert(KD_MAX_WORKERS <= 1u << WORKER_BITS, "a worker number fits into a pending handle");
 
 /* ---- pending handles ---- */
-static kd_entity pending_handle(const kd_commands *c, uint32_t serial) {
+static kd_entity pending_handle(const kd_commands *c, uint32_t serial)
+{
     return (kd_entity){serial,
                        ECS_PENDING | (c->world->merge_number & MERGE_MASK) << WORKER_BITS | c->worker};
 }
 
-kd_entity ecs_commands_resolve(const kd_world *w, kd_entity e) {
+kd_entity ecs_commands_resolve(const kd_world *w, kd_entity e)
+{
     uint32_t merge = (e.generation & ~ECS_PENDING) >> WORKER_BITS;
     uint32_t known = (w->merging ? w->merge_number : w->merge_number - 1) & MERGE_MASK;
     const kd_commands *c = &w->commands[e.generation & ((1u << WORKER_BITS) - 1)];
     return merge == known && e.index < c->spawned_count ? c->spawned[e.index] : KD_NO_ENTITY;
 }
 
-static kd_entity lasting(const kd_world *w, kd_entity e) {
+static kd_entity lasting(const kd_world *w, kd_entity e)
+{
     if (!(e.generation & ECS_PENDING))
         return e;
     kd_entity known = ecs_commands_resolve(w, e);
@@ -56,7 +59,8 @@ static kd_entity lasting(const kd_world *w, kd_entity e) {
 }
 
 /* Replace the pending handles in the fields of a value by those known now. */
-static void settle_fields(const kd_world *w, kd_component_id id, uint8_t *value) {
+static void settle_fields(const kd_world *w, kd_component_id id, uint8_t *value)
+{
     const kd_component_desc *desc = w->components[id].desc;
     for (uint32_t i = 0; i < desc->field_count; i++) {
         const kd_field *f = &desc->fields[i];
@@ -71,21 +75,25 @@ static void settle_fields(const kd_world *w, kd_component_id id, uint8_t *value)
 }
 
 /* ---- recording ---- */
-kd_commands *kd_world_commands(kd_world *w, uint32_t worker) {
+kd_commands *kd_world_commands(kd_world *w, uint32_t worker)
+{
     assert(worker < KD_MAX_WORKERS);
     return &w->commands[worker];
 }
 
-void kd_commands_key(kd_commands *c, uint64_t sort_key) {
+void kd_commands_key(kd_commands *c, uint64_t sort_key)
+{
     c->key = sort_key;
 }
 
-static uint32_t units(size_t bytes) {
+static uint32_t units(size_t bytes)
+{
     return (uint32_t)((bytes + 7) / 8);
 }
 
 /* Start a command of n units in all; NULL (noted in the buffer) when memory is out. */
-static void *record(kd_commands *c, size_t n) {
+static void *record(kd_commands *c, size_t n)
+{
     if (c->byte_count + n > UINT32_MAX ||
         !ecs_reserve(c->world, &c->heads, &c->head_capacity, c->head_count, c->head_count + 1,
                      sizeof *c->heads) ||
@@ -99,7 +107,8 @@ static void *record(kd_commands *c, size_t n) {
     return at;
 }
 
-static void *write_value(const kd_world *w, void *to, kd_component_id id, const void *value) {
+static void *write_value(const kd_world *w, void *to, kd_component_id id, const void *value)
+{
     const ecs_component *component = &w->components[id];
     uint32_t size = value ? component->size : 0;
     command_value head = {id, size};
@@ -112,11 +121,13 @@ static void *write_value(const kd_world *w, void *to, kd_component_id id, const 
     return bytes + (size_t)units(size) * 8;
 }
 
-static size_t value_units(const kd_world *w, kd_component_id id, const void *value) {
+static size_t value_units(const kd_world *w, kd_component_id id, const void *value)
+{
     return units(sizeof(command_value)) + (value ? units(w->components[id].size) : 0);
 }
 
-kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t count) {
+kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t count)
+{
     kd_world *w = c->world;
     kd_component_id ids[ECS_MAX_COMPONENTS];
     size_t n = units(sizeof(command));
@@ -140,13 +151,15 @@ kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t cou
     return e;
 }
 
-void kd_commands_destroy(kd_commands *c, kd_entity e) {
+void kd_commands_destroy(kd_commands *c, kd_entity e)
+{
     command *at = record(c, units(sizeof *at));
     if (at)
         *at = (command){COMMAND_DESTROY, 0, lasting(c->world, e)};
 }
 
-void kd_commands_set(kd_commands *c, kd_entity e, kd_value value) {
+void kd_commands_set(kd_commands *c, kd_entity e, kd_value value)
+{
     kd_component_id id = kd_component_ensure(c->world, value.desc);
     command *at = id ? record(c, units(sizeof *at) + value_units(c->world, id, value.value)) : NULL;
     c->failed |= !id;
@@ -156,7 +169,8 @@ void kd_commands_set(kd_commands *c, kd_entity e, kd_value value) {
     write_value(c->world, at + 1, id, value.value);
 }
 
-void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *desc) {
+void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *desc)
+{
     kd_component_id id = kd_component_ensure(c->world, desc);
     command *at = id ? record(c, units(sizeof *at)) : NULL;
     c->failed |= !id;
@@ -164,7 +178,8 @@ void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *de
         *at = (command){COMMAND_REMOVE, id, lasting(c->world, e)};
 }
 
-void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent) {
+void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent)
+{
     command *at = record(c, units(sizeof *at) + units(sizeof parent));
     if (!at)
         return;
@@ -173,7 +188,8 @@ void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent) {
     memcpy(at + 1, &parent, sizeof parent);
 }
 
-void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name) {
+void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name)
+{
     size_t length = name ? strlen(name) + 1 : 1;
     command *at = record(c, units(sizeof *at) + units(length));
     if (!at)
@@ -183,7 +199,8 @@ void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name) {
 }
 
 /* ---- applying ---- */
-static const void *read_value(kd_world *w, uint8_t **at, kd_component_id *id) {
+static const void *read_value(kd_world *w, uint8_t **at, kd_component_id *id)
+{
     command_value head;
     memcpy(&head, *at, sizeof head);
     uint8_t *bytes = *at + sizeof head;
@@ -194,18 +211,20 @@ static const void *read_value(kd_world *w, uint8_t **at, kd_component_id *id) {
     return head.size ? bytes : NULL;
 }
 
-static kd_status apply_spawn(kd_world *w, kd_commands *c, const command *at) {
+static kd_status apply_spawn(kd_world *w, kd_commands *c, const command *at)
+{
     kd_component_id ids[ECS_MAX_COMPONENTS];
     const void *values[ECS_MAX_COMPONENTS];
     uint8_t *bytes = (uint8_t *)(uintptr_t)(at + 1);
     for (uint32_t i = 0; i < at->count; i++)
         values[i] = read_value(w, &bytes, &ids[i]);
-    kd_entity e = ecs_spawn_ids(w, ids, values, at->count, KD_NO_ENTITY);
+    kd_entity e = ecs_spawn_ids(w, ids, values, at->count);
     c->spawned[at->e.index] = e;
     return e.generation ? KD_OK : KD_NO_MEMORY;
 }
 
-static kd_status apply(kd_world *w, kd_commands *c, const command *at) {
+static kd_status apply(kd_world *w, kd_commands *c, const command *at)
+{
     uint8_t *bytes = (uint8_t *)(uintptr_t)(at + 1);
     kd_component_id id;
     kd_entity parent;
@@ -230,7 +249,8 @@ static kd_status apply(kd_world *w, kd_commands *c, const command *at) {
     }
 }
 
-static int by_order(const void *a, const void *b) {
+static int by_order(const void *a, const void *b)
+{
     const ecs_command_head *x = a, *y = b;
     if (x->key != y->key)
         return x->key < y->key ? -1 : 1;
@@ -239,7 +259,8 @@ static int by_order(const void *a, const void *b) {
     return x->worker < y->worker ? -1 : x->worker > y->worker;
 }
 
-static bool keys_ascend(const kd_commands *c) {
+static bool keys_ascend(const kd_commands *c)
+{
     for (uint32_t i = 1; i < c->head_count; i++)
         if (c->heads[i].key < c->heads[i - 1].key)
             return false;
@@ -248,7 +269,8 @@ static bool keys_ascend(const kd_commands *c) {
 
 /* All heads in order of application: one buffer's own array when it is in order already, else a sorted copy.
  */
-static ecs_command_head *order_heads(kd_world *w, uint32_t total, bool *owned) {
+static ecs_command_head *order_heads(kd_world *w, uint32_t total, bool *owned)
+{
     uint32_t at = 0;
     *owned = false;
     for (uint32_t i = 0; i < KD_MAX_WORKERS; i++)
@@ -269,7 +291,8 @@ static ecs_command_head *order_heads(kd_world *w, uint32_t total, bool *owned) {
 }
 
 /* Forget what the last merge made and make room for what this one will. */
-static bool spawned_reserve(kd_world *w) {
+static bool spawned_reserve(kd_world *w)
+{
     for (uint32_t i = 0; i < KD_MAX_WORKERS; i++) {
         kd_commands *c = &w->commands[i];
         if (!ecs_reserve(w, &c->spawned, &c->spawned_capacity, 0, c->spawn_count, sizeof *c->spawned))
@@ -285,7 +308,8 @@ static bool spawned_reserve(kd_world *w) {
     return true;
 }
 
-static kd_status apply_all(kd_world *w, const ecs_command_head *heads, uint32_t total) {
+static kd_status apply_all(kd_world *w, const ecs_command_head *heads, uint32_t total)
+{
     kd_status status = KD_OK;
     for (uint32_t i = 0; i < total; i++) {
         kd_commands *c = &w->commands[heads[i].worker];
@@ -296,14 +320,16 @@ static kd_status apply_all(kd_world *w, const ecs_command_head *heads, uint32_t 
     return status;
 }
 
-bool kd_world_has_commands(const kd_world *w) {
+bool kd_world_has_commands(const kd_world *w)
+{
     for (uint32_t i = 0; i < KD_MAX_WORKERS; i++)
         if (w->commands[i].head_count)
             return true;
     return false;
 }
 
-kd_status kd_world_merge(kd_world *w) {
+kd_status kd_world_merge(kd_world *w)
+{
     uint64_t total = 0, spawns = 0;
     bool failed = false, owned;
     for (uint32_t i = 0; i < KD_MAX_WORKERS; i++) {
@@ -333,7 +359,8 @@ kd_status kd_world_merge(kd_world *w) {
     return failed ? KD_NO_MEMORY : status;
 }
 
-void ecs_commands_fini(kd_world *w) {
+void ecs_commands_fini(kd_world *w)
+{
     for (uint32_t i = 0; i < KD_MAX_WORKERS; i++) {
         kd_commands *c = &w->commands[i];
         ecs_free(w, c->heads);

@@ -7,33 +7,32 @@
 
 #include "runtime/ecs/internal.h"
 
-static uint32_t slot_of(const kd_component_desc *desc) {
-    return (uint32_t)(((uint64_t)(uintptr_t)desc >> 3) * 0x9e3779b97f4a7c15u >> 53) & (ECS_DESC_SLOTS - 1);
-}
-
-static kd_component_id find_address(const kd_world *w, const kd_component_desc *desc) {
-    for (uint32_t s = slot_of(desc);; s = (s + 1) & (ECS_DESC_SLOTS - 1)) {
-        const kd_component_desc *key = atomic_load_explicit(&w->desc_keys[s], memory_order_acquire);
+static kd_component_id find_address(const kd_world *w, const kd_component_desc *desc)
+{
+    for (uint32_t s = ecs_desc_slot(desc);; s = (s + 1) & (ECS_DESC_SLOTS - 1)) {
+        const kd_component_desc *key = __atomic_load_n(&w->head.desc_keys[s], __ATOMIC_ACQUIRE);
         if (key == desc)
-            return w->desc_ids[s];
+            return w->head.desc_ids[s];
         if (!key)
             return 0;
     }
 }
 
 /* The lock is held. An address beyond the half is simply found by name every time. */
-static void remember_address(kd_world *w, const kd_component_desc *desc, kd_component_id id) {
+static void remember_address(kd_world *w, const kd_component_desc *desc, kd_component_id id)
+{
     if (w->desc_slots_used >= ECS_DESC_SLOTS / 2)
         return;
-    uint32_t s = slot_of(desc);
-    while (atomic_load_explicit(&w->desc_keys[s], memory_order_relaxed))
+    uint32_t s = ecs_desc_slot(desc);
+    while (__atomic_load_n(&w->head.desc_keys[s], __ATOMIC_RELAXED))
         s = (s + 1) & (ECS_DESC_SLOTS - 1);
-    w->desc_ids[s] = (uint16_t)id;
-    atomic_store_explicit(&w->desc_keys[s], desc, memory_order_release);
+    w->head.desc_ids[s] = (uint16_t)id;
+    __atomic_store_n(&w->head.desc_keys[s], desc, __ATOMIC_RELEASE);
     w->desc_slots_used++;
 }
 
-kd_component_id kd_component_find(const kd_world *w, const char *name) {
+kd_component_id kd_component_find(const kd_world *w, const char *name)
+{
     uint32_t count = atomic_load_explicit(&w->component_count, memory_order_acquire);
     for (kd_component_id id = 1; id <= count; id++)
         if (strcmp(w->components[id].desc->name, name) == 0)
@@ -41,14 +40,16 @@ kd_component_id kd_component_find(const kd_world *w, const char *name) {
     return 0;
 }
 
-static int by_offset(const void *a, const void *b) {
+static int by_offset(const void *a, const void *b)
+{
     uint32_t x = ((const ecs_span *)a)->offset, y = ((const ecs_span *)b)->offset;
     return x < y ? -1 : x > y;
 }
 
 /* The bytes that have a meaning: the fields, without the padding between them; all bytes when no field is
  * described. */
-static bool fill_spans(kd_world *w, ecs_component *c) {
+static bool fill_spans(kd_world *w, ecs_component *c)
+{
     const kd_component_desc *desc = c->desc;
     if (!desc->size || (!desc->field_count && desc->on_remove))
         return true;
@@ -74,7 +75,8 @@ static bool fill_spans(kd_world *w, ecs_component *c) {
 }
 
 /* The lock is held. */
-static kd_component_id register_component(kd_world *w, const kd_component_desc *desc) {
+static kd_component_id register_component(kd_world *w, const kd_component_desc *desc)
+{
     uint32_t count = atomic_load_explicit(&w->component_count, memory_order_relaxed);
     if (count == ECS_MAX_COMPONENTS) {
         kd_fail(KD_TOO_LARGE, "component %s: a world holds at most %u components; use fewer kinds",
@@ -91,7 +93,8 @@ static kd_component_id register_component(kd_world *w, const kd_component_desc *
     return count + 1;
 }
 
-static kd_component_id ensure_slow(kd_world *w, const kd_component_desc *desc) {
+kd_component_id ecs_component_ensure_slow(kd_world *w, const kd_component_desc *desc)
+{
     pthread_mutex_lock(&w->lock);
     kd_component_id id = find_address(w, desc);
     if (!id) {
@@ -112,31 +115,30 @@ static kd_component_id ensure_slow(kd_world *w, const kd_component_desc *desc) {
     return id;
 }
 
-kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc) {
-    kd_component_id id = find_address(w, desc);
-    return id ? id : ensure_slow(w, desc);
-}
-
-const kd_component_desc *kd_component_info(const kd_world *w, kd_component_id id) {
+const kd_component_desc *kd_component_info(const kd_world *w, kd_component_id id)
+{
     return id && id <= kd_component_count(w) ? w->components[id].desc : NULL;
 }
 
-uint32_t kd_component_count(const kd_world *w) {
+uint32_t kd_component_count(const kd_world *w)
+{
     return atomic_load_explicit(&w->component_count, memory_order_acquire);
 }
 
-void ecs_write_value(const kd_world *w, kd_component_id id, void *to, const void *value) {
+void ecs_write_value(const kd_world *w, kd_component_id id, void *to, const void *value)
+{
     const ecs_component *c = &w->components[id];
     const void *from = value ? value : c->desc->default_value;
     if (from == to)
         return;
     if (from)
-        memmove(to, from, c->size);
+        ecs_copy(to, from, c->size);
     else
         memset(to, 0, c->size);
 }
 
-void ecs_release_value(const kd_world *w, kd_component_id id, void *value) {
+void ecs_release_value(const kd_world *w, kd_component_id id, void *value)
+{
     const kd_component_desc *desc = w->components[id].desc;
     if (desc->on_remove)
         desc->on_remove(value, desc->hook_user);

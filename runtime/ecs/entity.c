@@ -7,11 +7,12 @@
 #include "runtime/ecs/internal.h"
 
 /* ---- finding ---- */
-static inline bool locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row) {
-    if (e.index < w->entity_limit) {
-        ecs_record r = w->records[e.index];
+static inline bool locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row)
+{
+    if (e.index < w->head.entity_limit) {
+        ecs_record r = w->head.records[e.index];
         if (!(r.table & ECS_DEAD)) {
-            *t = w->tables[r.table];
+            *t = w->head.tables[r.table];
             *row = r.row;
             if (ecs_entities(*t)[r.row].generation == e.generation)
                 return true;
@@ -24,33 +25,39 @@ static inline bool locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_
     return false;
 }
 
-bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row) {
+bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row)
+{
     return locate(w, e, t, row);
 }
 
-bool kd_alive(const kd_world *w, kd_entity e) {
+bool kd_alive(const kd_world *w, kd_entity e)
+{
     ecs_table *t;
     uint32_t row;
     return locate(w, e, &t, &row);
 }
 
-kd_entity kd_entity_resolve(const kd_world *w, kd_entity e) {
+kd_entity kd_entity_resolve(const kd_world *w, kd_entity e)
+{
     ecs_table *t;
     uint32_t row;
     return locate(w, e, &t, &row) ? ecs_entities(t)[row] : KD_NO_ENTITY;
 }
 
-uint32_t kd_entity_count(const kd_world *w) {
+uint32_t kd_entity_count(const kd_world *w)
+{
     return w->alive_count;
 }
 
-static inline void *value_at(const kd_world *w, const ecs_table *t, uint32_t column, uint32_t row) {
+static inline void *value_at(const kd_world *w, const ecs_table *t, uint32_t column, uint32_t row)
+{
     if (column == ECS_TAG_COLUMN)
         return (void *)(uintptr_t)w->tag_value;
     return t->columns[column].data + (size_t)row * t->columns[column].size;
 }
 
-const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id) {
+const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id)
+{
     ecs_table *t;
     uint32_t row;
     if (!locate(w, e, &t, &row))
@@ -59,7 +66,8 @@ const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id) {
     return column ? value_at(w, t, column, row) : NULL;
 }
 
-void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id) {
+void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
+{
     ecs_table *t;
     uint32_t row;
     if (!locate(w, e, &t, &row))
@@ -68,46 +76,49 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id) {
     if (!column)
         return NULL;
     if (column != ECS_TAG_COLUMN)
-        ecs_column_stamp(w, &t->columns[column], row, 1);
+        ecs_column_stamp(w, t, column, row, 1);
     return value_at(w, t, column, row);
 }
 
 /* ---- handles ---- */
-static bool handles_reserve(kd_world *w, uint32_t n) {
+static bool handles_reserve(kd_world *w, uint32_t n)
+{
     if (n <= w->free_count)
         return true;
-    uint64_t need = (uint64_t)w->entity_limit + (n - w->free_count);
-    return need < ECS_DEAD && ecs_reserve(w, &w->records, &w->record_capacity, w->entity_limit,
-                                          (uint32_t)need, sizeof *w->records);
+    uint64_t need = (uint64_t)w->head.entity_limit + (n - w->free_count);
+    return need < ECS_DEAD && ecs_reserve(w, &w->head.records, &w->record_capacity, w->head.entity_limit,
+                                          (uint32_t)need, sizeof *w->head.records);
 }
 
 /* The index freed last comes first; room was reserved. */
-static kd_entity handle_take(kd_world *w) {
+static kd_entity handle_take(kd_world *w)
+{
     w->alive_count++;
     if (w->free_first == ECS_NONE)
-        return (kd_entity){w->entity_limit++, 1};
-    kd_entity e = {w->free_first, w->records[w->free_first].row};
-    uint32_t next = w->records[e.index].table & ~ECS_DEAD;
+        return (kd_entity){w->head.entity_limit++, 1};
+    kd_entity e = {w->free_first, w->head.records[w->free_first].row};
+    uint32_t next = w->head.records[e.index].table & ~ECS_DEAD;
     w->free_first = next == (ECS_NONE & ~ECS_DEAD) ? ECS_NONE : next;
     w->free_count--;
     return e;
 }
 
-static void handle_give(kd_world *w, kd_entity e) {
+static void handle_give(kd_world *w, kd_entity e)
+{
     uint32_t generation = (e.generation + 1) & ~ECS_PENDING;
-    w->records[e.index] = (ecs_record){ECS_DEAD | w->free_first, generation ? generation : 1};
+    w->head.records[e.index] = (ecs_record){ECS_DEAD | w->free_first, generation ? generation : 1};
     w->free_first = e.index;
     w->free_count++;
     w->alive_count--;
 }
 
 /* ---- spawn ---- */
-/* Make room, and let values that lie in this table's own columns follow them to their new place. */
-static bool reserve_rows(kd_world *w, ecs_table *t, uint32_t rows, const void **values, uint32_t count) {
+/* Make room for n more rows, and let values that lie in this table's own columns follow them to their new
+ * place. */
+static bool grow_rows(kd_world *w, ecs_table *t, uint32_t rows, const void **values, uint32_t count)
+{
     uint32_t columns[ECS_MAX_COMPONENTS];
     size_t offsets[ECS_MAX_COMPONENTS];
-    if (rows <= t->capacity)
-        return true;
     for (uint32_t i = 0; i < count; i++) {
         columns[i] = ECS_NONE;
         for (uint32_t c = 0; values[i] && c < t->column_count; c++) {
@@ -125,7 +136,15 @@ static bool reserve_rows(kd_world *w, ecs_table *t, uint32_t rows, const void **
     return done;
 }
 
-static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t count, uint32_t depth) {
+static inline bool reserve_rows(kd_world *w, ecs_table *t, uint32_t n, const void **values, uint32_t count)
+{
+    if (n <= t->capacity - t->count)
+        return true;
+    return n <= UINT32_MAX - t->count && grow_rows(w, t, t->count + n, values, count);
+}
+
+static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t count, uint32_t depth)
+{
     ecs_archetype *a = w->archetypes[0];
     for (uint32_t i = 0; i < count && a; i++)
         if (ids[i] >= a->column_limit || !a->column_of[ids[i]])
@@ -133,41 +152,85 @@ static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t
     return a ? ecs_table_ensure(w, a, depth) : NULL;
 }
 
-kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count,
-                        kd_entity parent) {
-    uint32_t depth = parent.generation ? kd_get_depth(w, parent) + 1 : 0;
-    ecs_table *t = table_of_ids(w, ids, count, depth);
-    if (!t || t->count == UINT32_MAX || !handles_reserve(w, 1) ||
-        !reserve_rows(w, t, t->count + 1, values, count))
-        return KD_NO_ENTITY;
-    kd_entity e = handle_take(w);
-    uint32_t row = ecs_table_append(w, t, e, NULL, 0);
-    w->records[e.index] = (ecs_record){t->index, row};
+static void write_row(kd_world *w, ecs_table *t, uint32_t row, const kd_component_id *ids,
+                      const void **values, uint32_t count)
+{
     for (uint32_t i = 0; i < count; i++) {
         uint32_t column = t->column_of[ids[i]];
         if (column != ECS_TAG_COLUMN)
             ecs_write_value(w, ids[i], t->columns[column].data + (size_t)row * t->columns[column].size,
                             values[i]);
     }
+}
+
+kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count)
+{
+    ecs_table *t = table_of_ids(w, ids, count, 0);
+    if (!t || !handles_reserve(w, 1) || !reserve_rows(w, t, 1, values, count))
+        return KD_NO_ENTITY;
+    kd_entity e = handle_take(w);
+    uint32_t row = ecs_table_append(w, t, e, NULL, 0);
+    w->head.records[e.index] = (ecs_record){t->index, row};
+    write_row(w, t, row, ids, values, count);
     return e;
 }
 
-kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count) {
-    kd_component_id ids[ECS_MAX_COMPONENTS];
-    const void *from[ECS_MAX_COMPONENTS];
+static kd_entity spawn_child_ids(kd_world *w, kd_entity parent, const kd_component_id *ids,
+                                 const void **values, uint32_t count)
+{
+    ecs_table *above;
+    uint32_t above_row;
+    if (!locate(w, parent, &above, &above_row) || above->depth == ECS_MAX_DEPTH)
+        return KD_NO_ENTITY;
+    parent = ecs_entities(above)[above_row];
+    ecs_table *t = table_of_ids(w, ids, count, above->depth + 1);
+    if (!t || !handles_reserve(w, 1) || !reserve_rows(w, t, 1, values, count))
+        return KD_NO_ENTITY;
+    uint32_t next = w->free_first == ECS_NONE ? w->head.entity_limit : w->free_first;
+    if (!ecs_hierarchy_reserve(w, next > parent.index ? next : parent.index))
+        return KD_NO_ENTITY;
+    kd_entity e = handle_take(w);
+    uint32_t row = ecs_table_append(w, t, e, NULL, 0);
+    w->head.records[e.index] = (ecs_record){t->index, row};
+    write_row(w, t, row, ids, values, count);
+    ecs_parents(t)[row] = parent;
+    ecs_hierarchy_link(w, e.index, parent.index);
+    return e;
+}
+
+/* Ids of the values' components, 0 and a message when one cannot be had. */
+static bool ids_of(kd_world *w, const kd_value *values, uint32_t count, kd_component_id *ids,
+                   const void **from)
+{
     assert(count <= ECS_MAX_COMPONENTS);
-    ecs_structure_changed(w, "kd_spawn");
     for (uint32_t i = 0; i < count; i++) {
         ids[i] = kd_component_ensure(w, values[i].desc);
         from[i] = values[i].value;
         if (!ids[i])
-            return KD_NO_ENTITY;
+            return false;
     }
-    return ecs_spawn_ids(w, ids, from, count, KD_NO_ENTITY);
+    return true;
+}
+
+kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count)
+{
+    kd_component_id ids[ECS_MAX_COMPONENTS];
+    const void *from[ECS_MAX_COMPONENTS];
+    ecs_structure_changed(w, "kd_spawn");
+    return ids_of(w, values, count, ids, from) ? ecs_spawn_ids(w, ids, from, count) : KD_NO_ENTITY;
+}
+
+kd_entity kd_spawn_child_values(kd_world *w, kd_entity parent, const kd_value *values, uint32_t count)
+{
+    kd_component_id ids[ECS_MAX_COMPONENTS];
+    const void *from[ECS_MAX_COMPONENTS];
+    ecs_structure_changed(w, "kd_spawn_child");
+    return ids_of(w, values, count, ids, from) ? spawn_child_ids(w, parent, ids, from, count) : KD_NO_ENTITY;
 }
 
 static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uint32_t row, uint32_t n,
-                        const void *values) {
+                        const void *values)
+{
     uint8_t *to = column->data + (size_t)row * column->size;
     if (values)
         memmove(to, values, (size_t)n * column->size);
@@ -177,7 +240,8 @@ static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uin
 }
 
 kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs,
-                     const void *const *columns, uint32_t component_count, kd_entity *out) {
+                     const void *const *columns, uint32_t component_count, kd_entity *out)
+{
     kd_component_id ids[ECS_MAX_COMPONENTS];
     const void *from[ECS_MAX_COMPONENTS];
     assert(component_count <= ECS_MAX_COMPONENTS);
@@ -189,8 +253,7 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
             return KD_NO_MEMORY;
     }
     ecs_table *t = table_of_ids(w, ids, component_count, 0);
-    if (!t || n > UINT32_MAX - t->count || !handles_reserve(w, n) ||
-        !reserve_rows(w, t, t->count + n, from, component_count))
+    if (!t || !handles_reserve(w, n) || !reserve_rows(w, t, n, from, component_count))
         return KD_NO_MEMORY;
     if (!n)
         return KD_OK;
@@ -199,7 +262,7 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
     kd_entity *entities = ecs_entities(t);
     for (uint32_t row = first; row < first + n; row++) {
         entities[row] = handle_take(w);
-        w->records[entities[row].index] = (ecs_record){t->index, row};
+        w->head.records[entities[row].index] = (ecs_record){t->index, row};
     }
     ecs_table_stamp(w, t, first, n);
     for (uint32_t i = 0; i < component_count; i++)
@@ -211,7 +274,8 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
 }
 
 /* ---- destroy ---- */
-static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row) {
+static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row)
+{
     if (t->depth)
         ecs_hierarchy_unlink(w, e.index, ecs_parents(t)[row].index);
     ecs_name_drop(w, e.index);
@@ -221,7 +285,8 @@ static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row) {
 }
 
 /* Leaves first, and without a stack: descend to the first child until there is none, destroy, go back up. */
-void kd_destroy(kd_world *w, kd_entity e) {
+void kd_destroy(kd_world *w, kd_entity e)
+{
     ecs_table *t;
     uint32_t row;
     if (!locate(w, e, &t, &row))
@@ -234,8 +299,8 @@ void kd_destroy(kd_world *w, kd_entity e) {
             at = child;
             continue;
         }
-        ecs_record r = w->records[at];
-        t = w->tables[r.table];
+        ecs_record r = w->head.records[at];
+        t = w->head.tables[r.table];
         uint32_t parent = t->depth ? ecs_parents(t)[r.row].index : ECS_NONE;
         destroy_one(w, ecs_entities(t)[r.row], t, r.row);
         if (at == root)
@@ -245,14 +310,16 @@ void kd_destroy(kd_world *w, kd_entity e) {
 }
 
 /* ---- values ---- */
-static uint32_t move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to) {
+static uint32_t move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to)
+{
     kd_entity e = ecs_entities(t)[row];
     uint32_t to_row = ecs_table_append(w, to, e, t, row);
-    w->records[e.index] = (ecs_record){to->index, to_row};
+    w->head.records[e.index] = (ecs_record){to->index, to_row};
     return to_row;
 }
 
-kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value) {
+kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value)
+{
     ecs_table *t;
     uint32_t row;
     if (!id)
@@ -266,13 +333,13 @@ kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *v
             return KD_OK;
         ecs_release_value(w, id, to);
         ecs_write_value(w, id, to, value);
-        ecs_column_stamp(w, &t->columns[column], row, 1);
+        ecs_column_stamp(w, t, column, row, 1);
         return KD_OK;
     }
     ecs_structure_changed(w, "kd_set");
     ecs_archetype *a = ecs_archetype_toggle(w, t->archetype, id);
     ecs_table *to = a ? ecs_table_ensure(w, a, t->depth) : NULL;
-    if (!to || !reserve_rows(w, to, to->count + 1, &value, 1))
+    if (!to || !reserve_rows(w, to, 1, &value, 1))
         return KD_NO_MEMORY;
     uint32_t to_row = move_row(w, t, row, to);
     column = to->column_of[id];
@@ -283,11 +350,13 @@ kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *v
     return KD_OK;
 }
 
-kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value) {
+kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value)
+{
     return ecs_set_id(w, e, kd_component_ensure(w, value.desc), value.value);
 }
 
-void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id) {
+void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
+{
     ecs_table *t;
     uint32_t row;
     if (!locate(w, e, &t, &row) || !ecs_column_of(t, id))

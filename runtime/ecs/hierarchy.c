@@ -4,7 +4,8 @@
 
 #include "runtime/ecs/internal.h"
 
-bool ecs_hierarchy_reserve(kd_world *w, uint32_t index) {
+bool ecs_hierarchy_reserve(kd_world *w, uint32_t index)
+{
     if (index < w->node_limit)
         return true;
     if (!ecs_reserve(w, &w->nodes, &w->node_capacity, w->node_limit, index + 1, sizeof *w->nodes))
@@ -14,7 +15,8 @@ bool ecs_hierarchy_reserve(kd_world *w, uint32_t index) {
     return true;
 }
 
-void ecs_hierarchy_link(kd_world *w, uint32_t child, uint32_t parent) {
+void ecs_hierarchy_link(kd_world *w, uint32_t child, uint32_t parent)
+{
     ecs_node *p = &w->nodes[parent], *c = &w->nodes[child];
     c->previous = p->last;
     c->next = ECS_NONE;
@@ -25,7 +27,8 @@ void ecs_hierarchy_link(kd_world *w, uint32_t child, uint32_t parent) {
     p->last = child;
 }
 
-void ecs_hierarchy_unlink(kd_world *w, uint32_t child, uint32_t parent) {
+void ecs_hierarchy_unlink(kd_world *w, uint32_t child, uint32_t parent)
+{
     ecs_node *p = &w->nodes[parent], *c = &w->nodes[child];
     if (c->previous != ECS_NONE)
         w->nodes[c->previous].next = c->next;
@@ -38,14 +41,16 @@ void ecs_hierarchy_unlink(kd_world *w, uint32_t child, uint32_t parent) {
     c->next = c->previous = ECS_NONE;
 }
 
-static uint32_t parent_index(const kd_world *w, uint32_t index) {
-    ecs_record r = w->records[index];
-    const ecs_table *t = w->tables[r.table];
+static uint32_t parent_index(const kd_world *w, uint32_t index)
+{
+    ecs_record r = w->head.records[index];
+    const ecs_table *t = w->head.tables[r.table];
     return t->depth ? ecs_parents(t)[r.row].index : ECS_NONE;
 }
 
 /* The next entity of root's subtree in preorder, ECS_NONE at its end. */
-static uint32_t subtree_next(const kd_world *w, uint32_t root, uint32_t at) {
+static uint32_t subtree_next(const kd_world *w, uint32_t root, uint32_t at)
+{
     uint32_t child = ecs_first_child(w, at);
     if (child != ECS_NONE)
         return child;
@@ -57,17 +62,19 @@ static uint32_t subtree_next(const kd_world *w, uint32_t root, uint32_t at) {
     return ECS_NONE;
 }
 
-static ecs_table *destination(kd_world *w, uint32_t index, uint32_t old_base, uint32_t new_base) {
-    const ecs_table *t = w->tables[w->records[index].table];
+static ecs_table *destination(kd_world *w, uint32_t index, uint32_t old_base, uint32_t new_base)
+{
+    const ecs_table *t = w->head.tables[w->head.records[index].table];
     return ecs_table_ensure(w, t->archetype, t->depth - old_base + new_base);
 }
 
 /* Make every table and row that the move will need, so that the move itself cannot fail half-way. */
-static kd_status reserve_subtree(kd_world *w, uint32_t root, uint32_t old_base, uint32_t new_base) {
+static kd_status reserve_subtree(kd_world *w, uint32_t root, uint32_t old_base, uint32_t new_base)
+{
     kd_status status = KD_OK;
     uint32_t reserved = 0;
     for (uint32_t at = root; at != ECS_NONE && !status; at = subtree_next(w, root, at)) {
-        const ecs_table *t = w->tables[w->records[at].table];
+        const ecs_table *t = w->head.tables[w->head.records[at].table];
         bool too_deep = t->depth - old_base + (uint64_t)new_base > ECS_MAX_DEPTH;
         ecs_table *to = too_deep ? NULL : destination(w, at, old_base, new_base);
         if (too_deep) {
@@ -84,23 +91,26 @@ static kd_status reserve_subtree(kd_world *w, uint32_t root, uint32_t old_base, 
     return status;
 }
 
-static void move_subtree(kd_world *w, uint32_t root, uint32_t old_base, uint32_t new_base) {
+static void move_subtree(kd_world *w, uint32_t root, uint32_t old_base, uint32_t new_base)
+{
     for (uint32_t at = root; at != ECS_NONE; at = subtree_next(w, root, at)) {
-        ecs_record r = w->records[at];
-        ecs_table *from = w->tables[r.table], *to = destination(w, at, old_base, new_base);
+        ecs_record r = w->head.records[at];
+        ecs_table *from = w->head.tables[r.table], *to = destination(w, at, old_base, new_base);
         uint32_t row = ecs_table_append(w, to, ecs_entities(from)[r.row], from, r.row);
-        w->records[at] = (ecs_record){to->index, row};
+        w->head.records[at] = (ecs_record){to->index, row};
         ecs_table_remove(w, from, r.row);
     }
 }
 
-static bool is_below(const kd_world *w, uint32_t index, uint32_t ancestor) {
+static bool is_below(const kd_world *w, uint32_t index, uint32_t ancestor)
+{
     while (index != ancestor && index != ECS_NONE)
         index = parent_index(w, index);
     return index == ancestor;
 }
 
-kd_status kd_set_parent(kd_world *w, kd_entity child, kd_entity parent) {
+kd_status kd_set_parent(kd_world *w, kd_entity child, kd_entity parent)
+{
     ecs_table *t, *parent_table = NULL;
     uint32_t row, parent_row = 0;
     bool orphan = !parent.generation;
@@ -128,28 +138,31 @@ kd_status kd_set_parent(kd_world *w, kd_entity child, kd_entity parent) {
     if (old_depth != new_depth)
         move_subtree(w, child.index, old_depth, new_depth);
     if (!orphan) {
-        ecs_record r = w->records[child.index];
-        ecs_table *now = w->tables[r.table];
+        ecs_record r = w->head.records[child.index];
+        ecs_table *now = w->head.tables[r.table];
         ecs_parents(now)[r.row] = parent;
-        ecs_column_stamp(w, &now->columns[now->column_count - 1], r.row, 1);
+        ecs_column_stamp(w, now, now->column_count - 1, r.row, 1);
         ecs_hierarchy_link(w, child.index, parent.index);
     }
     return KD_OK;
 }
 
-kd_entity kd_get_parent(const kd_world *w, kd_entity e) {
+kd_entity kd_get_parent(const kd_world *w, kd_entity e)
+{
     ecs_table *t;
     uint32_t row;
     return ecs_locate(w, e, &t, &row) && t->depth ? ecs_parents(t)[row] : KD_NO_ENTITY;
 }
 
-uint32_t kd_get_depth(const kd_world *w, kd_entity e) {
+uint32_t kd_get_depth(const kd_world *w, kd_entity e)
+{
     ecs_table *t;
     uint32_t row;
     return ecs_locate(w, e, &t, &row) ? t->depth : 0;
 }
 
-kd_entity kd_first_child(const kd_world *w, kd_entity e) {
+kd_entity kd_first_child(const kd_world *w, kd_entity e)
+{
     ecs_table *t;
     uint32_t row;
     if (!ecs_locate(w, e, &t, &row))
@@ -158,7 +171,8 @@ kd_entity kd_first_child(const kd_world *w, kd_entity e) {
     return child == ECS_NONE ? KD_NO_ENTITY : ecs_handle_at(w, child);
 }
 
-kd_entity kd_next_sibling(const kd_world *w, kd_entity e) {
+kd_entity kd_next_sibling(const kd_world *w, kd_entity e)
+{
     ecs_table *t;
     uint32_t row;
     if (!ecs_locate(w, e, &t, &row) || !t->depth)

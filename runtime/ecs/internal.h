@@ -24,17 +24,16 @@
 #include <string.h>
 
 #include "runtime/core/log.h"
+#include "runtime/ecs/layout.h"
 #include "runtime/ecs/query.h"
 #include "runtime/ecs/world.h"
 
 #define ECS_MAX_COMPONENTS 512u
-#define ECS_DESC_SLOTS     2048u /* of the address hash; a power of two, kept at most half full */
-#define ECS_CHUNK_ROWS     256u  /* rows that share one change version: a few KiB of a column */
-#define ECS_MAX_DEPTH      65535u
-#define ECS_DEAD           0x80000000u /* in ecs_record.table */
-#define ECS_PENDING        0x80000000u /* in kd_entity.generation: made by a command buffer, see commands.c */
-#define ECS_NONE           0xffffffffu
-#define ECS_TAG_COLUMN     0xffffu
+#define ECS_CHUNK_ROWS     256u /* rows that share one change version: a few KiB of a column */
+_Static_assert(sizeof(ecs_table) == 64, "a table's first column begins its second cache line");
+#define ECS_MAX_DEPTH 65535u
+#define ECS_PENDING   0x80000000u /* in kd_entity.generation: made by a command buffer, see commands.c */
+#define ECS_NONE      0xffffffffu
 
 /* ---- components ---- */
 typedef struct ecs_span {
@@ -51,16 +50,6 @@ typedef struct ecs_component {
 } ecs_component;
 
 /* ---- tables ---- */
-typedef struct ecs_column {
-    uint8_t *data;
-    uint32_t size;
-    kd_component_id id;       /* 0 for entities and parents */
-    _Atomic uint64_t *chunks; /* version of the last write access to each chunk */
-    _Atomic uint64_t latest;  /* the newest of them */
-} ecs_column;
-
-typedef struct ecs_table ecs_table;
-
 typedef struct ecs_archetype {
     kd_component_id *ids; /* ascending */
     uint32_t id_count;
@@ -78,36 +67,48 @@ typedef struct ecs_archetype {
     bool hooked; /* some component has on_remove */
 } ecs_archetype;
 
-struct ecs_table {
-    uint32_t count, capacity;
-    const uint16_t *column_of; /* the archetype's */
-    uint32_t column_limit;
-    uint32_t index;
-    uint32_t depth;
-    uint32_t column_count; /* all, with entities and parents */
-    uint32_t chunk_capacity;
-    uint32_t incoming; /* rows about to arrive while a subtree is moved */
-    ecs_archetype *archetype;
-    _Atomic uint64_t *versions; /* [column_count][chunk_capacity] */
-    ecs_column columns[];       /* 0: entities; then components by id; last, when depth > 0: parents */
-};
-
-static inline kd_entity *ecs_entities(const ecs_table *t) {
+static inline kd_entity *ecs_entities(const ecs_table *t)
+{
     return (kd_entity *)(void *)t->columns[0].data;
 }
-static inline kd_entity *ecs_parents(const ecs_table *t) {
+static inline kd_entity *ecs_parents(const ecs_table *t)
+{
     return t->depth ? (kd_entity *)(void *)t->columns[t->column_count - 1].data : NULL;
 }
-static inline uint32_t ecs_column_of(const ecs_table *t, kd_component_id id) {
+/* The column's newest version, followed by those of its chunks. */
+static inline uint64_t *ecs_versions(const ecs_table *t, uint32_t column)
+{
+    return t->versions + (size_t)column * (t->chunk_capacity + 1u);
+}
+/* Copy a value: the common sizes without a call. */
+static inline void ecs_copy(void *to, const void *from, uint32_t size)
+{
+    switch (size) {
+    case 4:
+        memcpy(to, from, 4);
+        break;
+    case 8:
+        memcpy(to, from, 8);
+        break;
+    case 12:
+        memcpy(to, from, 12);
+        break;
+    case 16:
+        memcpy(to, from, 16);
+        break;
+    case 64:
+        memcpy(to, from, 64);
+        break;
+    default:
+        memcpy(to, from, size);
+    }
+}
+static inline uint32_t ecs_column_of(const ecs_table *t, kd_component_id id)
+{
     return id < t->column_limit ? t->column_of[id] : 0;
 }
 
 /* ---- entities ---- */
-typedef struct ecs_record {
-    uint32_t table; /* index of the table; ECS_DEAD | next free index when dead */
-    uint32_t row;   /* generation of the next handle when dead */
-} ecs_record;
-
 typedef struct ecs_node {
     uint32_t first, last, next, previous; /* entity indices, ECS_NONE where none */
 } ecs_node;
@@ -166,14 +167,12 @@ struct kd_commands {
 
 /* ---- the world ---- */
 struct kd_world {
-    ecs_record *records;
-    uint32_t entity_limit; /* indices ever given */
+    ecs_world_head head;
     uint32_t record_capacity;
     uint32_t free_first; /* ECS_NONE: none */
     uint32_t free_count;
     uint32_t alive_count;
-    uint32_t table_count, table_capacity;
-    ecs_table **tables;
+    uint32_t table_capacity;
     ecs_archetype **archetypes;
     uint32_t archetype_count, archetype_capacity;
     uint32_t *archetype_slots; /* open addressing by hash of ids: index + 1 */
@@ -198,8 +197,6 @@ struct kd_world {
     pthread_mutex_t lock; /* registration of components, singletons, queries */
     _Atomic uint32_t component_count;
     uint32_t desc_slots_used;
-    _Atomic(const kd_component_desc *) desc_keys[ECS_DESC_SLOTS];
-    uint16_t desc_ids[ECS_DESC_SLOTS];
     ecs_component components[ECS_MAX_COMPONENTS + 1];
 
     _Atomic size_t bytes;
@@ -222,7 +219,8 @@ bool ecs_reserve(kd_world *w, void *array_pointer, uint32_t *capacity, uint32_t 
 uint32_t ecs_next_capacity(uint32_t capacity, uint32_t need);
 
 /* component.c */
-static inline const ecs_component *ecs_component_of(const kd_world *w, kd_component_id id) {
+static inline const ecs_component *ecs_component_of(const kd_world *w, kd_component_id id)
+{
     return &w->components[id];
 }
 /** Write a value, or the component's default when value is NULL. */
@@ -240,21 +238,21 @@ void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row);
 void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row,
                             uint32_t count);                                   /* on_remove of every value */
 void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count); /* all columns changed */
-void ecs_column_stamp(kd_world *w, ecs_column *c, uint32_t row, uint32_t count);
+void ecs_column_stamp(kd_world *w, ecs_table *t, uint32_t column, uint32_t row, uint32_t count);
 void ecs_tables_fini(kd_world *w);
 
 /* entity.c */
 bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row);
-/** Make an entity; values (NULL: default) may be moved by the call. The caller links it when it has a parent.
- */
-kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count,
-                        kd_entity parent);
+/** Make an entity; pointers in `values` (NULL: default) may be changed by the call. */
+kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count);
 kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value);
-static inline kd_entity ecs_handle_at(const kd_world *w, uint32_t index) {
-    ecs_record r = w->records[index];
-    return ecs_entities(w->tables[r.table])[r.row];
+static inline kd_entity ecs_handle_at(const kd_world *w, uint32_t index)
+{
+    ecs_record r = w->head.records[index];
+    return ecs_entities(w->head.tables[r.table])[r.row];
 }
-static inline void ecs_structure_changed(kd_world *w, const char *call) {
+static inline void ecs_structure_changed(kd_world *w, const char *call)
+{
     w->structure++;
     w->last_change = call;
 }
@@ -263,7 +261,8 @@ static inline void ecs_structure_changed(kd_world *w, const char *call) {
 bool ecs_hierarchy_reserve(kd_world *w, uint32_t index);
 void ecs_hierarchy_link(kd_world *w, uint32_t child, uint32_t parent); /* as last child; has no parent now */
 void ecs_hierarchy_unlink(kd_world *w, uint32_t child, uint32_t parent);
-static inline uint32_t ecs_first_child(const kd_world *w, uint32_t index) {
+static inline uint32_t ecs_first_child(const kd_world *w, uint32_t index)
+{
     return index < w->node_limit ? w->nodes[index].first : ECS_NONE;
 }
 

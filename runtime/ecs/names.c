@@ -6,7 +6,8 @@
 
 #include "runtime/ecs/internal.h"
 
-static uint32_t slot_find(const kd_world *w, const char *name, uint64_t hash) {
+static uint32_t slot_find(const kd_world *w, const char *name, uint64_t hash)
+{
     uint32_t mask = w->name_slot_count - 1, s = (uint32_t)hash & mask;
     for (; w->name_slots[s]; s = (s + 1) & mask) {
         const ecs_name_group *g = &w->name_groups[w->name_slots[s] - 1];
@@ -16,7 +17,8 @@ static uint32_t slot_find(const kd_world *w, const char *name, uint64_t hash) {
     return s;
 }
 
-static bool slots_reserve(kd_world *w) {
+static bool slots_reserve(kd_world *w)
+{
     if (w->name_slot_used * 2 < w->name_slot_count)
         return true;
     uint32_t count = w->name_slot_count ? w->name_slot_count * 2 : 64, mask = count - 1;
@@ -38,7 +40,8 @@ static bool slots_reserve(kd_world *w) {
     return true;
 }
 
-static void slot_remove(kd_world *w, uint32_t hole) {
+static void slot_remove(kd_world *w, uint32_t hole)
+{
     uint32_t mask = w->name_slot_count - 1;
     for (uint32_t s = (hole + 1) & mask; w->name_slots[s]; s = (s + 1) & mask) {
         uint32_t home = (uint32_t)w->name_groups[w->name_slots[s] - 1].hash & mask;
@@ -52,7 +55,8 @@ static void slot_remove(kd_world *w, uint32_t hole) {
 }
 
 /* Returns the group's index + 1, 0 when memory is out. */
-static uint32_t group_ensure(kd_world *w, const char *name) {
+static uint32_t group_ensure(kd_world *w, const char *name)
+{
     size_t length = strlen(name);
     uint64_t hash = XXH3_64bits(name, length);
     if (!slots_reserve(w))
@@ -80,7 +84,8 @@ static uint32_t group_ensure(kd_world *w, const char *name) {
     return group + 1;
 }
 
-static void group_drop_if_empty(kd_world *w, uint32_t group) {
+static void group_drop_if_empty(kd_world *w, uint32_t group)
+{
     ecs_name_group *g = &w->name_groups[group];
     if (g->first != ECS_NONE)
         return;
@@ -90,7 +95,8 @@ static void group_drop_if_empty(kd_world *w, uint32_t group) {
     w->name_group_free = group;
 }
 
-void ecs_name_drop(kd_world *w, uint32_t index) {
+void ecs_name_drop(kd_world *w, uint32_t index)
+{
     if (index >= w->name_limit || !w->name_links[index].group)
         return;
     ecs_name_link *link = &w->name_links[index];
@@ -108,7 +114,8 @@ void ecs_name_drop(kd_world *w, uint32_t index) {
     group_drop_if_empty(w, group);
 }
 
-static bool links_reserve(kd_world *w, uint32_t index) {
+static bool links_reserve(kd_world *w, uint32_t index)
+{
     if (index < w->name_limit)
         return true;
     if (!ecs_reserve(w, &w->name_links, &w->name_capacity, w->name_limit, index + 1, sizeof *w->name_links))
@@ -118,7 +125,8 @@ static bool links_reserve(kd_world *w, uint32_t index) {
     return true;
 }
 
-kd_status kd_set_name(kd_world *w, kd_entity e, const char *name) {
+kd_status kd_set_name(kd_world *w, kd_entity e, const char *name)
+{
     ecs_table *t;
     uint32_t row;
     if (!ecs_locate(w, e, &t, &row))
@@ -144,7 +152,8 @@ kd_status kd_set_name(kd_world *w, kd_entity e, const char *name) {
     return KD_OK;
 }
 
-const char *kd_get_name(const kd_world *w, kd_entity e) {
+const char *kd_get_name(const kd_world *w, kd_entity e)
+{
     ecs_table *t;
     uint32_t row;
     if (!ecs_locate(w, e, &t, &row))
@@ -155,14 +164,16 @@ const char *kd_get_name(const kd_world *w, kd_entity e) {
                : "";
 }
 
-kd_entity kd_find_named(const kd_world *w, const char *name) {
+kd_entity kd_find_named(const kd_world *w, const char *name)
+{
     if (!name || !*name || !w->name_slot_count)
         return KD_NO_ENTITY;
     uint32_t group = w->name_slots[slot_find(w, name, XXH3_64bits(name, strlen(name)))];
     return group ? ecs_handle_at(w, w->name_groups[group - 1].first) : KD_NO_ENTITY;
 }
 
-kd_entity kd_next_named(const kd_world *w, kd_entity e) {
+kd_entity kd_next_named(const kd_world *w, kd_entity e)
+{
     ecs_table *t;
     uint32_t row;
     if (!ecs_locate(w, e, &t, &row))
@@ -173,7 +184,8 @@ kd_entity kd_next_named(const kd_world *w, kd_entity e) {
     return ecs_handle_at(w, w->name_links[index].next);
 }
 
-void ecs_names_fini(kd_world *w) {
+void ecs_names_fini(kd_world *w)
+{
     for (uint32_t i = 0; i < w->name_group_count; i++)
         ecs_free(w, w->name_groups[i].text);
     ecs_free(w, w->name_groups);

@@ -10,16 +10,19 @@
 #include "runtime/ecs/internal.h"
 
 /* ---- matching ---- */
-static bool accessed(uint8_t kind) {
+static bool accessed(uint8_t kind)
+{
     return kind == KD_TERM_READ || kind == KD_TERM_WRITE || kind == KD_TERM_OPTIONAL ||
            kind == KD_TERM_OPTIONAL_WRITE || kind == KD_TERM_ANY;
 }
 
-static bool writable(uint8_t kind) {
+static bool writable(uint8_t kind)
+{
     return kind == KD_TERM_WRITE || kind == KD_TERM_OPTIONAL_WRITE;
 }
 
-static bool table_matches(const kd_query *q, const ecs_table *t) {
+static bool table_matches(const kd_query *q, const ecs_table *t)
+{
     bool any = !q->has_any;
     for (uint32_t i = 0; i < q->term_count; i++) {
         bool here = ecs_column_of(t, q->ids[i]) != 0;
@@ -44,7 +47,8 @@ static bool table_matches(const kd_query *q, const ecs_table *t) {
     return any;
 }
 
-static void insert_match(kd_query *q, ecs_table *t) {
+static void insert_match(kd_query *q, ecs_table *t)
+{
     uint32_t at = q->match_count++;
     while (q->by_depth && at && q->matches[at - 1].table->depth > t->depth) {
         q->matches[at] = q->matches[at - 1];
@@ -56,12 +60,14 @@ static void insert_match(kd_query *q, ecs_table *t) {
         m->columns[i] = accessed(q->kinds[i]) ? (uint16_t)ecs_column_of(t, q->ids[i]) : 0;
 }
 
-static bool reserve_match(kd_world *w, kd_query *q) {
+static bool reserve_match(kd_world *w, kd_query *q)
+{
     return ecs_reserve(w, &q->matches, &q->match_capacity, q->match_count, q->match_count + 1,
                        sizeof *q->matches);
 }
 
-bool ecs_queries_add_table(kd_world *w, ecs_table *t) {
+bool ecs_queries_add_table(kd_world *w, ecs_table *t)
+{
     for (kd_query *q = w->queries; q; q = q->next)
         if (!reserve_match(w, q))
             return false;
@@ -72,13 +78,15 @@ bool ecs_queries_add_table(kd_world *w, ecs_table *t) {
 }
 
 /* ---- making ---- */
-static void query_free(kd_world *w, kd_query *q) {
+static void query_free(kd_world *w, kd_query *q)
+{
     ecs_free(w, q->name);
     ecs_free(w, q->matches);
     ecs_free(w, q);
 }
 
-static bool fill_terms(kd_world *w, kd_query *q, const kd_query_desc *desc) {
+static bool fill_terms(kd_world *w, kd_query *q, const kd_query_desc *desc)
+{
     q->by_depth = desc->by_depth;
     for (uint32_t i = 0; i < KD_MAX_TERMS && desc->terms[i].kind != KD_TERM_END; i++) {
         q->ids[i] = kd_component_ensure(w, desc->terms[i].desc);
@@ -91,14 +99,16 @@ static bool fill_terms(kd_world *w, kd_query *q, const kd_query_desc *desc) {
     return true;
 }
 
-static bool queries_equal(const kd_query *a, const kd_query *b) {
+static bool queries_equal(const kd_query *a, const kd_query *b)
+{
     return a->term_count == b->term_count && a->by_depth == b->by_depth &&
            memcmp(a->kinds, b->kinds, a->term_count) == 0 &&
            memcmp(a->ids, b->ids, a->term_count * sizeof a->ids[0]) == 0;
 }
 
 /* The lock is held. */
-static kd_query *query_add(kd_world *w, const kd_query *like, const char *name) {
+static kd_query *query_add(kd_world *w, const kd_query *like, const char *name)
+{
     kd_query *q = ecs_grow(w, NULL, 0, sizeof *q);
     if (!q)
         return NULL;
@@ -108,10 +118,10 @@ static kd_query *query_add(kd_world *w, const kd_query *like, const char *name) 
     if (length && q->name)
         memcpy(q->name, name, length);
     bool done = !length || q->name;
-    for (uint32_t i = 0; i < w->table_count && done; i++) {
+    for (uint32_t i = 0; i < w->head.table_count && done; i++) {
         done = reserve_match(w, q);
-        if (done && table_matches(q, w->tables[i]))
-            insert_match(q, w->tables[i]);
+        if (done && table_matches(q, w->head.tables[i]))
+            insert_match(q, w->head.tables[i]);
     }
     if (!done) {
         query_free(w, q);
@@ -122,7 +132,8 @@ static kd_query *query_add(kd_world *w, const kd_query *like, const char *name) 
     return q;
 }
 
-kd_query *kd_query_make(kd_world *w, const kd_query_desc *desc) {
+kd_query *kd_query_make(kd_world *w, const kd_query_desc *desc)
+{
     kd_query like = {.world = w};
     if (!fill_terms(w, &like, desc))
         return NULL;
@@ -138,7 +149,8 @@ kd_query *kd_query_make(kd_world *w, const kd_query_desc *desc) {
     return q;
 }
 
-void kd_query_destroy(kd_query *q) {
+void kd_query_destroy(kd_query *q)
+{
     if (!q)
         return;
     kd_world *w = q->world;
@@ -153,7 +165,8 @@ void kd_query_destroy(kd_query *q) {
     pthread_mutex_unlock(&w->lock);
 }
 
-void ecs_queries_fini(kd_world *w) {
+void ecs_queries_fini(kd_world *w)
+{
     while (w->queries) {
         kd_query *q = w->queries;
         w->queries = q->next;
@@ -161,23 +174,27 @@ void ecs_queries_fini(kd_world *w) {
     }
 }
 
-uint32_t kd_query_count(kd_query *q) {
+uint32_t kd_query_count(kd_query *q)
+{
     uint32_t count = 0;
     for (uint32_t i = 0; i < q->match_count; i++)
         count += q->matches[i].table->count;
     return count;
 }
 
-uint64_t kd_world_version(const kd_world *w) {
+uint64_t kd_world_version(const kd_world *w)
+{
     return atomic_fetch_add_explicit(&((kd_world *)(uintptr_t)w)->version, 1, memory_order_relaxed);
 }
 
 /* ---- iterating ---- */
-kd_iter kd_query_iter(kd_query *q) {
+kd_iter kd_query_iter(kd_query *q)
+{
     return (kd_iter){.query = q, .internal = {NULL, (void *)(uintptr_t)q->world->structure}};
 }
 
-static bool still_valid(const kd_iter *it) {
+static bool still_valid(const kd_iter *it)
+{
     const kd_world *w = it->query->world;
     if ((uintptr_t)w->structure == (uintptr_t)it->internal[1])
         return true;
@@ -188,7 +205,8 @@ static bool still_valid(const kd_iter *it) {
     return false;
 }
 
-static void show_rows(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end) {
+static void show_rows(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end)
+{
     const kd_query *q = it->query;
     const ecs_table *t = m->table;
     it->count = end - begin;
@@ -207,53 +225,43 @@ static void show_rows(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t 
     it->internal[0] = (void *)(uintptr_t)m;
 }
 
-/* Does a chunk hold a value written after `since`? A query that accesses nothing looks at the rows' arrival.
- */
-static bool chunk_changed(const kd_query *q, const ecs_match *m, uint32_t chunk, uint64_t since) {
+/* Does an accessed column bear a version after `since` in this word (0: of the whole table, 1 + i: of chunk
+ * i)? A query that accesses nothing looks at the rows' arrival. */
+static bool word_changed(const kd_query *q, const ecs_match *m, uint32_t word, uint64_t since)
+{
     bool none = true;
     for (uint32_t i = 0; i < q->term_count; i++) {
         uint32_t c = m->columns[i];
         if (c == 0 || c == ECS_TAG_COLUMN)
             continue;
         none = false;
-        if (atomic_load_explicit(&m->table->columns[c].chunks[chunk], memory_order_relaxed) > since)
+        if (__atomic_load_n(&ecs_versions(m->table, c)[word], __ATOMIC_RELAXED) > since)
             return true;
     }
-    return none && atomic_load_explicit(&m->table->columns[0].chunks[chunk], memory_order_relaxed) > since;
-}
-
-static bool table_changed(const kd_query *q, const ecs_match *m, uint64_t since) {
-    bool none = true;
-    for (uint32_t i = 0; i < q->term_count; i++) {
-        uint32_t c = m->columns[i];
-        if (c == 0 || c == ECS_TAG_COLUMN)
-            continue;
-        none = false;
-        if (atomic_load_explicit(&m->table->columns[c].latest, memory_order_relaxed) > since)
-            return true;
-    }
-    return none && atomic_load_explicit(&m->table->columns[0].latest, memory_order_relaxed) > since;
+    return none && __atomic_load_n(&ecs_versions(m->table, 0)[word], __ATOMIC_RELAXED) > since;
 }
 
 /* Show the next run of changed chunks of the table, from row next_row on. */
-static bool next_changed_run(kd_iter *it, const ecs_match *m) {
+static bool next_changed_run(kd_iter *it, const ecs_match *m)
+{
     const kd_query *q = it->query;
     uint32_t count = m->table->count, chunks = (count + ECS_CHUNK_ROWS - 1) / ECS_CHUNK_ROWS;
-    if (!table_changed(q, m, it->changed_since))
+    if (!word_changed(q, m, 0, it->changed_since))
         return false;
     uint32_t first = it->next_row / ECS_CHUNK_ROWS;
-    while (first < chunks && !chunk_changed(q, m, first, it->changed_since))
+    while (first < chunks && !word_changed(q, m, 1 + first, it->changed_since))
         first++;
     if (first == chunks)
         return false;
     uint32_t end = first + 1;
-    while (end < chunks && chunk_changed(q, m, end, it->changed_since))
+    while (end < chunks && word_changed(q, m, 1 + end, it->changed_since))
         end++;
     show_rows(it, m, first * ECS_CHUNK_ROWS, end == chunks ? count : end * ECS_CHUNK_ROWS);
     return true;
 }
 
-bool kd_iter_next(kd_iter *it) {
+bool kd_iter_next(kd_iter *it)
+{
     const kd_query *q = it->query;
     if (!still_valid(it))
         return false;
@@ -274,7 +282,8 @@ bool kd_iter_next(kd_iter *it) {
     return false;
 }
 
-const void *kd_iter_column(const kd_iter *it, uint32_t index, size_t size) {
+const void *kd_iter_column(const kd_iter *it, uint32_t index, size_t size)
+{
     assert(index < it->query->term_count && "no such term");
     assert(accessed(it->query->kinds[index]) && "the term is WITH or WITHOUT: it has no column");
     assert((!it->columns[index] || it->query->world->components[it->query->ids[index]].size == size) &&
@@ -283,7 +292,8 @@ const void *kd_iter_column(const kd_iter *it, uint32_t index, size_t size) {
     return it->columns[index];
 }
 
-void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size) {
+void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)
+{
     const kd_query *q = it->query;
     assert(index < q->term_count && "no such term");
     if (!writable(q->kinds[index])) {
@@ -299,6 +309,6 @@ void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size) {
     const ecs_match *m = it->internal[0];
     uint32_t c = m->columns[index];
     if (c && c != ECS_TAG_COLUMN)
-        ecs_column_stamp(q->world, &m->table->columns[c], it->next_row - it->count, it->count);
+        ecs_column_stamp(q->world, m->table, c, it->next_row - it->count, it->count);
     return it->columns[index];
 }

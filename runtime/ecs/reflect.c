@@ -17,14 +17,17 @@ static const struct {
     [KD_STRING] = {"string", 0},
 };
 
-uint32_t kd_field_type_numbers(kd_field_type type) {
+uint32_t kd_field_type_numbers(kd_field_type type)
+{
     return types[type].numbers;
 }
-const char *kd_field_type_name(kd_field_type type) {
+const char *kd_field_type_name(kd_field_type type)
+{
     return types[type].name;
 }
 
-int kd_field_enum_find(const kd_field *field, const char *word) {
+int kd_field_enum_find(const kd_field *field, const char *word)
+{
     for (int i = 0; field->enum_names && field->enum_names[i]; i++)
         if (strcmp(field->enum_names[i], word) == 0)
             return i;
@@ -32,14 +35,16 @@ int kd_field_enum_find(const kd_field *field, const char *word) {
 }
 
 /* ---- one field's path ---- */
-static const kd_field *find_field(const kd_component_desc *desc, const char *name, size_t length) {
+static const kd_field *find_field(const kd_component_desc *desc, const char *name, size_t length)
+{
     for (uint32_t i = 0; i < desc->field_count; i++)
         if (strncmp(desc->fields[i].name, name, length) == 0 && !desc->fields[i].name[length])
             return &desc->fields[i];
     return NULL;
 }
 
-static kd_field_ref whole_field(const kd_component_desc *desc, const kd_field *f) {
+static kd_field_ref whole_field(const kd_component_desc *desc, const kd_field *f)
+{
     uint32_t elements = f->count ? f->count : 1;
     return (kd_field_ref){.desc = desc,
                           .field = f,
@@ -50,7 +55,8 @@ static kd_field_ref whole_field(const kd_component_desc *desc, const kd_field *f
 }
 
 /* Take "[3]" or ".3" off the path: one element of an array. */
-static bool take_index(const char **path, kd_field_ref *ref) {
+static bool take_index(const char **path, kd_field_ref *ref)
+{
     const char *at = *path;
     bool bracket = *at == '[';
     uint64_t index = 0;
@@ -71,7 +77,8 @@ static bool take_index(const char **path, kd_field_ref *ref) {
 }
 
 /* Take ".x" off the path: one number of a vector, quaternion or colour. */
-static bool take_part(const char **path, kd_field_ref *ref) {
+static bool take_part(const char **path, kd_field_ref *ref)
+{
     static const char vector[] = "xyzw", color[] = "rgb";
     const char *letters = ref->type == KD_COLOR ? color : vector;
     char letter = (*path)[1];
@@ -87,7 +94,8 @@ static bool take_part(const char **path, kd_field_ref *ref) {
     return true;
 }
 
-bool kd_desc_field_find(const kd_component_desc *desc, const char *path, kd_field_ref *ref) {
+bool kd_desc_field_find(const kd_component_desc *desc, const char *path, kd_field_ref *ref)
+{
     size_t length = strcspn(path, ".[");
     const kd_field *field = find_field(desc, path, length);
     if (!field)
@@ -102,7 +110,8 @@ bool kd_desc_field_find(const kd_component_desc *desc, const char *path, kd_fiel
 }
 
 /* ---- a world's path ---- */
-static bool resolve(kd_world *w, const char *path, kd_field_ref *ref) {
+static bool resolve(kd_world *w, const char *path, kd_field_ref *ref)
+{
     const char *dot = strchr(path, '.');
     for (; dot; dot = strchr(dot + 1, '.')) {
         uint32_t count = kd_component_count(w);
@@ -119,7 +128,8 @@ static bool resolve(kd_world *w, const char *path, kd_field_ref *ref) {
     return false;
 }
 
-static kd_status no_component(const kd_world *w, const char *path) {
+static kd_status no_component(const kd_world *w, const char *path)
+{
     char names[512] = "";
     size_t used = 0;
     for (kd_component_id id = 1; id <= kd_component_count(w) && used < sizeof names; id++)
@@ -127,7 +137,8 @@ static kd_status no_component(const kd_world *w, const char *path) {
     return kd_fail(KD_NOT_FOUND, "%s: there is no such component; choose one of:%s", path, names);
 }
 
-static kd_status no_field(const kd_component_desc *desc, const char *path) {
+static kd_status no_field(const kd_component_desc *desc, const char *path)
+{
     char names[512] = "";
     size_t used = 0;
     for (uint32_t i = 0; i < desc->field_count && used < sizeof names; i++)
@@ -136,7 +147,8 @@ static kd_status no_field(const kd_component_desc *desc, const char *path) {
                    names);
 }
 
-kd_status kd_field_resolve(kd_world *w, const char *path, kd_field_ref *ref) {
+kd_status kd_field_resolve(kd_world *w, const char *path, kd_field_ref *ref)
+{
     if (resolve(w, path, ref))
         return KD_OK;
     size_t length = strcspn(path, ".");
@@ -148,7 +160,8 @@ kd_status kd_field_resolve(kd_world *w, const char *path, kd_field_ref *ref) {
     return no_component(w, path);
 }
 
-kd_status kd_entity_field_resolve(kd_world *w, const char *path, kd_entity *e, kd_field_ref *ref) {
+kd_status kd_entity_field_resolve(kd_world *w, const char *path, kd_entity *e, kd_field_ref *ref)
+{
     char name[256];
     bool known = false;
     for (const char *dot = strchr(path, '.'); dot && (size_t)(dot - path) < sizeof name;

@@ -11,7 +11,8 @@
 #define MAX_NUMBERS 1024u /* of one field: 64 matrices */
 
 /* ---- numbers in memory ---- */
-static double load_number(kd_field_type type, const uint8_t *at) {
+static double load_number(kd_field_type type, const uint8_t *at)
+{
     uint32_t u;
     int32_t i;
     float f;
@@ -31,7 +32,8 @@ static double load_number(kd_field_type type, const uint8_t *at) {
     }
 }
 
-static void store_number(kd_field_type type, uint8_t *at, double number) {
+static void store_number(kd_field_type type, uint8_t *at, double number)
+{
     uint32_t u;
     int32_t i;
     float f;
@@ -55,25 +57,29 @@ static void store_number(kd_field_type type, uint8_t *at, double number) {
     }
 }
 
-static uint32_t number_bytes(kd_field_type type) {
+static uint32_t number_bytes(kd_field_type type)
+{
     return type == KD_BOOL ? 1 : 4;
 }
 
-void kd_field_load(const kd_field_ref *ref, const void *component, double *numbers) {
+void kd_field_load(const kd_field_ref *ref, const void *component, double *numbers)
+{
     const uint8_t *at = (const uint8_t *)component + ref->offset;
     for (uint32_t i = 0; i < ref->numbers; i++, at += number_bytes(ref->type))
         numbers[i] = load_number(ref->type, at);
 }
 
 /* ---- checks ---- */
-static uint32_t enum_count(const kd_field *f) {
+static uint32_t enum_count(const kd_field *f)
+{
     uint32_t count = 0;
     while (f->enum_names && f->enum_names[count])
         count++;
     return count;
 }
 
-static void type_limits(const kd_field_ref *ref, double *low, double *high) {
+static void type_limits(const kd_field_ref *ref, double *low, double *high)
+{
     const kd_field *f = ref->field;
     *low = ref->type == KD_I32                           ? (double)INT32_MIN
            : ref->type == KD_F32 || ref->type >= KD_VEC2 ? -(double)FLT_MAX
@@ -93,7 +99,8 @@ static void type_limits(const kd_field_ref *ref, double *low, double *high) {
     }
 }
 
-static kd_status check_number(const kd_field_ref *ref, double number) {
+static kd_status check_number(const kd_field_ref *ref, double number)
+{
     const char *component = ref->desc->name, *field = ref->field->name, *unit = ref->field->unit;
     bool whole = ref->type == KD_I32 || ref->type == KD_U32 || ref->type == KD_ENUM || ref->type == KD_BOOL;
     double low, high;
@@ -108,7 +115,8 @@ static kd_status check_number(const kd_field_ref *ref, double number) {
     return KD_OK;
 }
 
-kd_status kd_field_store(const kd_field_ref *ref, void *component, const double *numbers, uint32_t count) {
+kd_status kd_field_store(const kd_field_ref *ref, void *component, const double *numbers, uint32_t count)
+{
     bool spread =
         count == 1 && ref->numbers > 1 && ref->elements == 1 && ref->type != KD_MAT4 && ref->type != KD_QUAT;
     if (!ref->numbers)
@@ -129,7 +137,8 @@ kd_status kd_field_store(const kd_field_ref *ref, void *component, const double 
 }
 
 /* ---- text ---- */
-static kd_status store_string(const kd_field_ref *ref, void *component, const char *text) {
+static kd_status store_string(const kd_field_ref *ref, void *component, const char *text)
+{
     size_t size = ref->field->size / (ref->field->count ? ref->field->count : 1), length = strlen(text);
     if (length >= size)
         return kd_fail(KD_TOO_LARGE, "%s.%s: the text has %zu bytes; give at most %zu", ref->desc->name,
@@ -140,7 +149,8 @@ static kd_status store_string(const kd_field_ref *ref, void *component, const ch
     return KD_OK;
 }
 
-static kd_status no_word(const kd_field_ref *ref, const char *text) {
+static kd_status no_word(const kd_field_ref *ref, const char *text)
+{
     char words[512] = "";
     size_t used = 0;
     const char *const *names = ref->field->enum_names;
@@ -152,7 +162,8 @@ static kd_status no_word(const kd_field_ref *ref, const char *text) {
 
 /* Numbers separated by commas or blanks, perhaps in brackets; returns how many, UINT32_MAX when something
  * else is there. */
-static uint32_t parse_numbers(const char *text, double *numbers, uint32_t capacity) {
+static uint32_t parse_numbers(const char *text, double *numbers, uint32_t capacity)
+{
     uint32_t count = 0;
     for (;;) {
         text += strspn(text, " \t,[]{}()");
@@ -167,7 +178,8 @@ static uint32_t parse_numbers(const char *text, double *numbers, uint32_t capaci
     }
 }
 
-kd_status kd_field_store_text(const kd_field_ref *ref, void *component, const char *text) {
+kd_status kd_field_store_text(const kd_field_ref *ref, void *component, const char *text)
+{
     double numbers[MAX_NUMBERS];
     if (ref->type == KD_STRING)
         return store_string(ref, component, text);
@@ -190,7 +202,8 @@ kd_status kd_field_store_text(const kd_field_ref *ref, void *component, const ch
 
 /* ---- values of an entity ---- */
 /* The component's value, stamped as changed when it will be written; NULL after a message. */
-static void *value_of(kd_world *w, kd_entity e, const kd_field_ref *ref, bool write) {
+static void *value_of(kd_world *w, kd_entity e, const kd_field_ref *ref, bool write)
+{
     void *value;
     if (!e.generation)
         value = kd_singleton_ensure(w, ref->desc);
@@ -206,8 +219,8 @@ static void *value_of(kd_world *w, kd_entity e, const kd_field_ref *ref, bool wr
     return value;
 }
 
-kd_status kd_field_read(kd_world *w, kd_entity e, const kd_field_ref *ref, double *numbers,
-                        uint32_t capacity) {
+kd_status kd_field_read(kd_world *w, kd_entity e, const kd_field_ref *ref, double *numbers, uint32_t capacity)
+{
     const void *value = value_of(w, e, ref, false);
     if (!value)
         return KD_NOT_FOUND;
@@ -218,13 +231,15 @@ kd_status kd_field_read(kd_world *w, kd_entity e, const kd_field_ref *ref, doubl
 }
 
 kd_status kd_field_write(kd_world *w, kd_entity e, const kd_field_ref *ref, const double *numbers,
-                         uint32_t count) {
+                         uint32_t count)
+{
     void *value = value_of(w, e, ref, true);
     return value ? kd_field_store(ref, value, numbers, count) : KD_NOT_FOUND;
 }
 
 kd_status kd_field_read_entity(kd_world *w, kd_entity e, const kd_field_ref *ref, uint32_t index,
-                               kd_entity *value) {
+                               kd_entity *value)
+{
     const uint8_t *component = value_of(w, e, ref, false);
     if (!component)
         return KD_NOT_FOUND;
@@ -235,7 +250,8 @@ kd_status kd_field_read_entity(kd_world *w, kd_entity e, const kd_field_ref *ref
 }
 
 kd_status kd_field_write_entity(kd_world *w, kd_entity e, const kd_field_ref *ref, uint32_t index,
-                                kd_entity value) {
+                                kd_entity value)
+{
     uint8_t *component = value_of(w, e, ref, true);
     if (!component)
         return KD_NOT_FOUND;
@@ -245,7 +261,8 @@ kd_status kd_field_write_entity(kd_world *w, kd_entity e, const kd_field_ref *re
     return KD_OK;
 }
 
-static void write_numbers(const kd_field_ref *ref, const void *component, char *out, size_t out_size) {
+static void write_numbers(const kd_field_ref *ref, const void *component, char *out, size_t out_size)
+{
     double numbers[MAX_NUMBERS];
     size_t used = 0;
     if (ref->numbers > MAX_NUMBERS)
@@ -255,8 +272,8 @@ static void write_numbers(const kd_field_ref *ref, const void *component, char *
         used += (size_t)snprintf(out + used, out_size - used, "%s%.9g", i ? "," : "", numbers[i]);
 }
 
-const char *kd_field_read_text(kd_world *w, kd_entity e, const kd_field_ref *ref, char *out,
-                               size_t out_size) {
+const char *kd_field_read_text(kd_world *w, kd_entity e, const kd_field_ref *ref, char *out, size_t out_size)
+{
     const uint8_t *component = value_of(w, e, ref, false);
     out[0] = 0;
     if (!component)
@@ -280,7 +297,8 @@ const char *kd_field_read_text(kd_world *w, kd_entity e, const kd_field_ref *ref
     return out;
 }
 
-kd_status kd_field_write_text(kd_world *w, kd_entity e, const kd_field_ref *ref, const char *text) {
+kd_status kd_field_write_text(kd_world *w, kd_entity e, const kd_field_ref *ref, const char *text)
+{
     if (ref->type == KD_ENTITY) {
         kd_entity value = kd_find_named(w, text);
         if (*text && !value.generation)

@@ -2,14 +2,16 @@
 
 #include "runtime/ecs/internal.h"
 
-void *kd_singleton_find(const kd_world *w, kd_component_id id) {
+void *kd_singleton_find(const kd_world *w, kd_component_id id)
+{
     return id && id <= kd_component_count(w)
                ? atomic_load_explicit(&((kd_world *)(uintptr_t)w)->components[id].singleton,
                                       memory_order_acquire)
                : NULL;
 }
 
-void *kd_singleton_ensure(kd_world *w, const kd_component_desc *desc) {
+void *kd_singleton_ensure(kd_world *w, const kd_component_desc *desc)
+{
     kd_component_id id = kd_component_ensure(w, desc);
     if (!id)
         return NULL;
@@ -31,7 +33,8 @@ void *kd_singleton_ensure(kd_world *w, const kd_component_desc *desc) {
 }
 
 /* In reverse order of registration: what was registered first may be used by what came later. */
-void ecs_singletons_fini(kd_world *w) {
+void ecs_singletons_fini(kd_world *w)
+{
     for (kd_component_id id = kd_component_count(w); id; id--) {
         void *value = atomic_load_explicit(&w->components[id].singleton, memory_order_relaxed);
         if (value)

@@ -9,11 +9,13 @@
 #include "runtime/ecs/internal.h"
 
 /* ---- archetypes ---- */
-static uint64_t hash_ids(const kd_component_id *ids, uint32_t count) {
+static uint64_t hash_ids(const kd_component_id *ids, uint32_t count)
+{
     return XXH3_64bits(ids, count * sizeof *ids);
 }
 
-static bool slots_grow(kd_world *w) {
+static bool slots_grow(kd_world *w)
+{
     uint32_t count = w->archetype_slot_count ? w->archetype_slot_count * 2 : 64;
     uint32_t *slots = ecs_grow(w, NULL, 0, count * sizeof *slots);
     if (!slots)
@@ -32,7 +34,8 @@ static bool slots_grow(kd_world *w) {
 }
 
 static ecs_archetype *archetype_find(const kd_world *w, const kd_component_id *ids, uint32_t count,
-                                     uint64_t hash) {
+                                     uint64_t hash)
+{
     if (!w->archetype_slot_count)
         return NULL;
     uint32_t mask = w->archetype_slot_count - 1;
@@ -45,7 +48,8 @@ static ecs_archetype *archetype_find(const kd_world *w, const kd_component_id *i
     return NULL;
 }
 
-static void archetype_free(kd_world *w, ecs_archetype *a) {
+static void archetype_free(kd_world *w, ecs_archetype *a)
+{
     if (!a)
         return;
     ecs_free(w, a->ids);
@@ -55,7 +59,8 @@ static void archetype_free(kd_world *w, ecs_archetype *a) {
     ecs_free(w, a);
 }
 
-static ecs_archetype *archetype_alloc(kd_world *w, const kd_component_id *ids, uint32_t count) {
+static ecs_archetype *archetype_alloc(kd_world *w, const kd_component_id *ids, uint32_t count)
+{
     ecs_archetype *a = ecs_grow(w, NULL, 0, sizeof *a);
     if (!a)
         return NULL;
@@ -77,7 +82,8 @@ static ecs_archetype *archetype_alloc(kd_world *w, const kd_component_id *ids, u
     return a;
 }
 
-static ecs_archetype *archetype_ensure(kd_world *w, const kd_component_id *ids, uint32_t count) {
+static ecs_archetype *archetype_ensure(kd_world *w, const kd_component_id *ids, uint32_t count)
+{
     uint64_t hash = hash_ids(ids, count);
     ecs_archetype *a = archetype_find(w, ids, count, hash);
     if (a)
@@ -100,7 +106,8 @@ static ecs_archetype *archetype_ensure(kd_world *w, const kd_component_id *ids, 
     return a;
 }
 
-static bool edges_reserve(kd_world *w, ecs_archetype *a, kd_component_id id) {
+static bool edges_reserve(kd_world *w, ecs_archetype *a, kd_component_id id)
+{
     if (id < a->edge_limit)
         return true;
     uint32_t limit = (kd_component_count(w) + 16) & ~15u;
@@ -115,7 +122,8 @@ static bool edges_reserve(kd_world *w, ecs_archetype *a, kd_component_id id) {
 }
 
 /* The archetype with `id` added, or removed if it is here; a NULL `a` stands for "the empty set itself". */
-ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_id id) {
+ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_id id)
+{
     if (!a)
         return archetype_ensure(w, NULL, 0);
     if (id < a->edge_limit && a->edges[id] != ECS_NONE)
@@ -143,7 +151,8 @@ ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_
 }
 
 /* ---- tables ---- */
-static ecs_table *table_alloc(kd_world *w, ecs_archetype *a, uint32_t depth) {
+static ecs_table *table_alloc(kd_world *w, ecs_archetype *a, uint32_t depth)
+{
     uint32_t columns = a->column_count + (depth ? 2 : 1);
     size_t bytes = sizeof(ecs_table) + columns * sizeof(ecs_column);
     ecs_table *t = ecs_grow(w, NULL, 0, bytes);
@@ -153,9 +162,10 @@ static ecs_table *table_alloc(kd_world *w, ecs_archetype *a, uint32_t depth) {
     t->archetype = a;
     t->column_of = a->column_of;
     t->column_limit = a->column_limit;
-    t->depth = depth;
-    t->column_count = columns;
-    t->index = w->table_count;
+    t->depth = (uint16_t)depth;
+    t->stamped_chunk = ECS_NONE;
+    t->column_count = (uint16_t)columns;
+    t->index = w->head.table_count;
     t->columns[0].size = t->columns[columns - 1].size = sizeof(kd_entity);
     for (uint32_t i = 0, c = 1; i < a->id_count; i++) {
         uint32_t size = w->components[a->ids[i]].size;
@@ -167,14 +177,16 @@ static ecs_table *table_alloc(kd_world *w, ecs_archetype *a, uint32_t depth) {
     return t;
 }
 
-static void table_free(kd_world *w, ecs_table *t) {
+static void table_free(kd_world *w, ecs_table *t)
+{
     for (uint32_t c = 0; c < t->column_count; c++)
         ecs_free(w, t->columns[c].data);
-    ecs_free(w, (void *)t->versions);
+    ecs_free(w, t->versions);
     ecs_free(w, t);
 }
 
-static bool depths_reserve(kd_world *w, ecs_archetype *a, uint32_t depth) {
+static bool depths_reserve(kd_world *w, ecs_archetype *a, uint32_t depth)
+{
     uint32_t limit = a->depth_limit;
     if (!ecs_reserve(w, &a->tables, &a->depth_limit, limit, depth + 1, sizeof(ecs_table *)))
         return false;
@@ -183,11 +195,13 @@ static bool depths_reserve(kd_world *w, ecs_archetype *a, uint32_t depth) {
     return true;
 }
 
-ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth) {
+ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth)
+{
     if (depth < a->depth_limit && a->tables[depth])
         return a->tables[depth];
-    if (!depths_reserve(w, a, depth) || !ecs_reserve(w, &w->tables, &w->table_capacity, w->table_count,
-                                                     w->table_count + 1, sizeof(ecs_table *)))
+    if (!depths_reserve(w, a, depth) ||
+        !ecs_reserve(w, &w->head.tables, &w->table_capacity, w->head.table_count, w->head.table_count + 1,
+                     sizeof(ecs_table *)))
         return NULL;
     ecs_table *t = table_alloc(w, a, depth);
     if (!t)
@@ -196,33 +210,32 @@ ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth) {
         table_free(w, t);
         return NULL;
     }
-    w->tables[w->table_count++] = t;
+    w->head.tables[w->head.table_count++] = t;
     a->tables[depth] = t;
     return t;
 }
 
-static bool versions_reserve(kd_world *w, ecs_table *t, uint32_t capacity) {
-    uint32_t chunks = (capacity + ECS_CHUNK_ROWS - 1) / ECS_CHUNK_ROWS;
-    if (chunks <= t->chunk_capacity)
+static bool versions_reserve(kd_world *w, ecs_table *t, uint32_t capacity)
+{
+    uint32_t chunks = (capacity + ECS_CHUNK_ROWS - 1) / ECS_CHUNK_ROWS, old = t->chunk_capacity;
+    if (chunks <= old)
         return true;
-    chunks = chunks > 1 && chunks < t->chunk_capacity * 2 ? t->chunk_capacity * 2 : chunks;
-    uint64_t *versions = ecs_grow(w, NULL, 0, (size_t)chunks * t->column_count * sizeof *versions);
+    chunks = chunks > 1 && chunks < old * 2 ? old * 2 : chunks;
+    size_t words = (size_t)chunks + 1;
+    uint64_t *versions = ecs_grow(w, NULL, 0, words * t->column_count * sizeof *versions);
     if (!versions)
         return false;
-    memset(versions, 0, (size_t)chunks * t->column_count * sizeof *versions);
-    for (uint32_t c = 0; c < t->column_count; c++) {
-        if (t->chunk_capacity)
-            memcpy(&versions[(size_t)c * chunks], (void *)t->columns[c].chunks,
-                   t->chunk_capacity * sizeof *versions);
-        t->columns[c].chunks = (_Atomic uint64_t *)&versions[(size_t)c * chunks];
-    }
-    ecs_free(w, (void *)t->versions);
-    t->versions = (_Atomic uint64_t *)versions;
+    memset(versions, 0, words * t->column_count * sizeof *versions);
+    for (uint32_t c = 0; c < t->column_count && old; c++)
+        memcpy(&versions[c * words], ecs_versions(t, c), (old + 1) * sizeof *versions);
+    ecs_free(w, t->versions);
+    t->versions = versions;
     t->chunk_capacity = chunks;
     return true;
 }
 
-bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows) {
+bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows)
+{
     if (rows <= t->capacity)
         return true;
     uint32_t capacity = ecs_next_capacity(t->capacity, rows);
@@ -242,61 +255,88 @@ bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows) {
 
 /* ---- change versions ---- */
 /* Raise, never lower: two threads may stamp one word, and most of the time it holds the value already. */
-static void raise_version(_Atomic uint64_t *word, uint64_t version) {
-    uint64_t old = atomic_load_explicit(word, memory_order_relaxed);
-    while (old < version && !atomic_compare_exchange_weak_explicit(word, &old, version, memory_order_relaxed,
-                                                                   memory_order_relaxed)) {
+static inline void raise_version(uint64_t *word, uint64_t version)
+{
+    uint64_t old = __atomic_load_n(word, __ATOMIC_RELAXED);
+    while (old < version &&
+           !__atomic_compare_exchange_n(word, &old, version, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
     }
 }
 
-void ecs_column_stamp(kd_world *w, ecs_column *c, uint32_t row, uint32_t count) {
-    uint64_t version = atomic_load_explicit(&w->version, memory_order_relaxed);
-    raise_version(&c->latest, version);
+void ecs_column_stamp(kd_world *w, ecs_table *t, uint32_t column, uint32_t row, uint32_t count)
+{
+    uint64_t version = atomic_load_explicit(&w->version, memory_order_relaxed),
+             *words = ecs_versions(t, column);
+    raise_version(&words[0], version);
     for (uint32_t i = row / ECS_CHUNK_ROWS; i <= (row + count - 1) / ECS_CHUNK_ROWS; i++)
-        raise_version(&c->chunks[i], version);
+        raise_version(&words[1 + i], version);
 }
 
-void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count) {
+void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count)
+{
     for (uint32_t c = 0; c < t->column_count; c++)
-        ecs_column_stamp(w, &t->columns[c], row, count);
+        ecs_column_stamp(w, t, c, row, count);
+}
+
+/* One row came or moved. Rows come one after another, so most of the time its chunk bears this version
+ * already. */
+static inline void stamp_row(kd_world *w, ecs_table *t, uint32_t row)
+{
+    uint64_t version = atomic_load_explicit(&w->version, memory_order_relaxed);
+    uint32_t chunk = row / ECS_CHUNK_ROWS;
+    if (t->stamped_version == version && t->stamped_chunk == chunk)
+        return;
+    ecs_table_stamp(w, t, row, 1);
+    t->stamped_version = version;
+    t->stamped_chunk = chunk;
 }
 
 /* ---- rows ---- */
-static void copy_row(ecs_column *to, uint32_t to_row, const ecs_column *from, uint32_t from_row) {
-    memcpy(to->data + (size_t)to_row * to->size, from->data + (size_t)from_row * from->size, to->size);
+static inline void copy_row(const ecs_column *to, uint32_t to_row, const ecs_column *from, uint32_t from_row)
+{
+    ecs_copy(to->data + (size_t)to_row * to->size, from->data + (size_t)from_row * from->size, to->size);
 }
 
-uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e, const ecs_table *from, uint32_t from_row) {
-    uint32_t row = t->count++;
-    ecs_entities(t)[row] = e;
-    ecs_table_stamp(w, t, row, 1);
-    if (!from)
-        return row;
-    uint32_t a = 1, b = 1, a_end = 1 + t->archetype->column_count, b_end = 1 + from->archetype->column_count;
+/* Copy what two tables have in common. Both lists ascend, and mostly they differ in one place. */
+static void copy_shared(ecs_table *t, uint32_t row, const ecs_table *from, uint32_t from_row)
+{
+    const ecs_column *a = t->columns + 1, *a_end = a + t->archetype->column_count;
+    const ecs_column *b = from->columns + 1, *b_end = b + from->archetype->column_count;
     while (a < a_end && b < b_end) {
-        if (t->columns[a].id == from->columns[b].id)
-            copy_row(&t->columns[a++], row, &from->columns[b++], from_row);
-        else if (t->columns[a].id < from->columns[b].id)
+        if (a->id == b->id)
+            copy_row(a++, row, b++, from_row);
+        else if (a->id < b->id)
             a++;
         else
             b++;
     }
     if (t->depth && from->depth)
         ecs_parents(t)[row] = ecs_parents(from)[from_row];
+}
+
+uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e, const ecs_table *from, uint32_t from_row)
+{
+    uint32_t row = t->count++;
+    ecs_entities(t)[row] = e;
+    stamp_row(w, t, row);
+    if (from)
+        copy_shared(t, row, from, from_row);
     return row;
 }
 
-void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row) {
+void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row)
+{
     uint32_t last = --t->count;
     if (row == last)
         return;
     for (uint32_t c = 0; c < t->column_count; c++)
         copy_row(&t->columns[c], row, &t->columns[c], last);
-    ecs_table_stamp(w, t, row, 1);
-    w->records[ecs_entities(t)[row].index].row = row;
+    stamp_row(w, t, row);
+    w->head.records[ecs_entities(t)[row].index].row = row;
 }
 
-void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t count) {
+void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t count)
+{
     if (!t->archetype->hooked)
         return;
     for (uint32_t i = 0; i < t->archetype->id_count; i++) {
@@ -311,14 +351,15 @@ void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t co
     }
 }
 
-void ecs_tables_fini(kd_world *w) {
-    for (uint32_t i = 0; i < w->table_count; i++) {
-        ecs_table_release_rows(w, w->tables[i], 0, w->tables[i]->count);
-        table_free(w, w->tables[i]);
+void ecs_tables_fini(kd_world *w)
+{
+    for (uint32_t i = 0; i < w->head.table_count; i++) {
+        ecs_table_release_rows(w, w->head.tables[i], 0, w->head.tables[i]->count);
+        table_free(w, w->head.tables[i]);
     }
     for (uint32_t i = 0; i < w->archetype_count; i++)
         archetype_free(w, w->archetypes[i]);
-    ecs_free(w, w->tables);
+    ecs_free(w, w->head.tables);
     ecs_free(w, w->archetypes);
     ecs_free(w, w->archetype_slots);
 }

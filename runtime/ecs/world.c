@@ -4,7 +4,8 @@
 
 #include "runtime/ecs/internal.h"
 
-kd_world *kd_world_make(void) {
+kd_world *kd_world_make(void)
+{
     kd_world *w = aligned_alloc(64, (sizeof *w + 63) & ~(size_t)63);
     if (!w)
         return NULL;
@@ -24,7 +25,8 @@ kd_world *kd_world_make(void) {
     return w;
 }
 
-void kd_world_destroy(kd_world *w) {
+void kd_world_destroy(kd_world *w)
+{
     if (!w)
         return;
     ecs_commands_fini(w);
@@ -34,16 +36,18 @@ void kd_world_destroy(kd_world *w) {
     ecs_names_fini(w);
     for (kd_component_id id = 1; id <= kd_component_count(w); id++)
         ecs_free(w, w->components[id].spans);
-    ecs_free(w, w->records);
+    ecs_free(w, w->head.records);
     ecs_free(w, w->nodes);
     pthread_mutex_destroy(&w->lock);
     free(w);
 }
 
-size_t kd_world_bytes(const kd_world *w) {
+size_t kd_world_bytes(const kd_world *w)
+{
     return sizeof *w + atomic_load_explicit(&((kd_world *)(uintptr_t)w)->bytes, memory_order_relaxed);
 }
 
-void kd_world_limit_bytes(kd_world *w, size_t bytes) {
+void kd_world_limit_bytes(kd_world *w, size_t bytes)
+{
     w->limit_bytes = bytes > sizeof *w ? bytes - sizeof *w : bytes ? 1 : 0;
 }

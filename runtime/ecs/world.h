@@ -9,6 +9,7 @@
 
 #include "runtime/core/status.h"
 #include "runtime/ecs/component.h"
+#include "runtime/ecs/layout.h"
 
 typedef struct kd_entity {
     uint32_t index;
@@ -32,7 +33,7 @@ void kd_world_destroy(kd_world *w);
 /** Find the id that `w` gave to the component, registering it first when it is new. `desc` must outlive the world.
  *  Two descriptions of one name are one component. Returns 0 when memory is out, 512 are there, or sizes disagree.
  *  Threading: any. */
-kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc);
+static inline kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc);
 /** Find by the name that scripts write. Returns 0 when there is none. */
 kd_component_id kd_component_find(const kd_world *w, const char *name);
 const kd_component_desc *kd_component_info(const kd_world *w, kd_component_id id);
@@ -51,6 +52,10 @@ typedef struct kd_value {
 kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count);
 #define kd_spawn(w, ...)                                                                                     \
     kd_spawn_values((w), (const kd_value[]){__VA_ARGS__}, (uint32_t)(sizeof((const kd_value[]){__VA_ARGS__}) / sizeof(kd_value)))
+/** The same as the last child of `parent`. Returns KD_NO_ENTITY also when the parent is dead. */
+kd_entity kd_spawn_child_values(kd_world *w, kd_entity parent, const kd_value *values, uint32_t count);
+#define kd_spawn_child(w, parent, ...)                                                                       \
+    kd_spawn_child_values((w), (parent), (const kd_value[]){__VA_ARGS__}, (uint32_t)(sizeof((const kd_value[]){__VA_ARGS__}) / sizeof(kd_value)))
 /** Make n entities of one archetype; columns[i] holds n values of descs[i] or is NULL for defaults. out may be NULL. */
 kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs, const void *const *columns,
                      uint32_t component_count, kd_entity *out);
@@ -63,7 +68,7 @@ uint32_t kd_entity_count(const kd_world *w);
 
 /* ---- values ---- */
 /** Get a value to read. Returns NULL when the entity is dead or lacks it. Valid until the next structural change. */
-const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id);
+static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id);
 /** Get a value to write: marks its chunk as changed. */
 void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id);
 /** Set a value, adding the component when missing. A value that is replaced is released first (on_remove); to change a
@@ -122,5 +127,33 @@ size_t kd_world_bytes(const kd_world *w);      /* heap held */
 void kd_world_limit_bytes(kd_world *w, size_t bytes); /* calls that would pass it fail with KD_NO_MEMORY; 0: no limit */
 
 #define KD_MAX_WORKERS 64
+
+/* ---- inlined ---- */
+kd_component_id ecs_component_ensure_slow(kd_world *w, const kd_component_desc *desc);
+const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id);
+
+static inline kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc)
+{
+    const ecs_world_head *head = (const ecs_world_head *)(const void *)w;
+    uint32_t slot = ecs_desc_slot(desc);
+    return __atomic_load_n(&head->desc_keys[slot], __ATOMIC_ACQUIRE) == desc ? head->desc_ids[slot]
+                                                                            : ecs_component_ensure_slow(w, desc);
+}
+
+static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id)
+{
+    const ecs_world_head *head = (const ecs_world_head *)(const void *)w;
+    if (e.index < head->entity_limit && !(head->records[e.index].table & ECS_DEAD)) {
+        ecs_record r = head->records[e.index];
+        const ecs_table *t = head->tables[r.table];
+        uint32_t column = id < t->column_limit ? t->column_of[id] : 0;
+        bool alive = ((const kd_entity *)(const void *)t->columns[0].data)[r.row].generation == e.generation;
+        if (alive && column - 1 < ECS_TAG_COLUMN - 1)
+            return t->columns[column].data + (size_t)r.row * t->columns[column].size;
+        if (alive && !column)
+            return NULL;
+    }
+    return ecs_find_slow(w, e, id); /* a tag, a pending handle, a dead one */
+}
 
 #endif

@@ -4,11 +4,13 @@
 
 #include "tests/unit/ecs_fixture.h"
 
-static int make(void **state) {
+static int make(void **state)
+{
     *state = kd_world_make();
     return *state ? 0 : -1;
 }
-static int drop(void **state) {
+static int drop(void **state)
+{
     kd_world_destroy(*state);
     return 0;
 }
@@ -17,7 +19,8 @@ static int drop(void **state) {
     kd_commands_spawn((c), (kd_value[]){__VA_ARGS__},                                                        \
                       (uint32_t)(sizeof((kd_value[]){__VA_ARGS__}) / sizeof(kd_value)))
 
-static void commands_are_applied_by_the_merge_only(void **state) {
+static void commands_are_applied_by_the_merge_only(void **state)
+{
     kd_world *w = *state;
     kd_commands *c = kd_world_commands(w, 0);
     kd_entity e = kd_spawn(w, KD_VAL(position, {1, 2, 3})), doomed = kd_spawn(w, KD_TAG(position));
@@ -43,7 +46,8 @@ static void commands_are_applied_by_the_merge_only(void **state) {
     assert_int_equal(kd_world_merge(w), KD_OK); /* nothing recorded */
 }
 
-static void pending_handle_names_the_entity_after_the_merge(void **state) {
+static void pending_handle_names_the_entity_after_the_merge(void **state)
+{
     kd_world *w = *state;
     kd_commands *c = kd_world_commands(w, 5);
     kd_entity made = RECORD_SPAWN(c, KD_VAL(position, {1, 2, 3}));
@@ -73,7 +77,8 @@ static void pending_handle_names_the_entity_after_the_merge(void **state) {
     assert_int_equal(found, 1);
 }
 
-static void commands_to_the_dead_do_nothing(void **state) {
+static void commands_to_the_dead_do_nothing(void **state)
+{
     kd_world *w = *state;
     kd_commands *c = kd_world_commands(w, 0);
     kd_entity e = kd_spawn(w, KD_TAG(position)), child = kd_spawn(w, KD_TAG(position));
@@ -89,7 +94,8 @@ static void commands_to_the_dead_do_nothing(void **state) {
     assert_int_equal(kd_get_depth(w, child), 0);
 }
 
-static void merge_goes_by_sort_key_then_order(void **state) {
+static void merge_goes_by_sort_key_then_order(void **state)
+{
     kd_world *w = *state;
     kd_entity e = kd_spawn(w, KD_TAG(health));
     kd_commands *a = kd_world_commands(w, 0), *b = kd_world_commands(w, 1);
@@ -116,7 +122,8 @@ static void merge_goes_by_sort_key_then_order(void **state) {
 }
 
 /* What job `key` records: the same whichever worker runs it. */
-static void record_job(kd_commands *c, uint64_t key, const kd_entity *known, uint32_t known_count) {
+static void record_job(kd_commands *c, uint64_t key, const kd_entity *known, uint32_t known_count)
+{
     uint64_t random = key * 7919 + 1;
     kd_commands_key(c, key);
     uint32_t n = random_below(&random, 6);
@@ -147,7 +154,8 @@ static void record_job(kd_commands *c, uint64_t key, const kd_entity *known, uin
     }
 }
 
-static uint32_t list_entities(kd_world *w, kd_entity *out, uint32_t capacity) {
+static uint32_t list_entities(kd_world *w, kd_entity *out, uint32_t capacity)
+{
     uint32_t count = 0;
     kd_query *q = kd_query_make(w, &(kd_query_desc){0});
     for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);)
@@ -157,7 +165,8 @@ static uint32_t list_entities(kd_world *w, kd_entity *out, uint32_t capacity) {
     return count;
 }
 
-static void worker_layout_does_not_show(void **state) {
+static void worker_layout_does_not_show(void **state)
+{
     kd_world *one = *state;
     static kd_entity known[4096];
     for (uint32_t workers = 2; workers <= KD_MAX_WORKERS; workers *= 2) {
@@ -193,14 +202,16 @@ typedef struct recorder {
     uint64_t frame;
 } recorder;
 
-static void *record_share(void *user) {
+static void *record_share(void *user)
+{
     const recorder *r = user;
     for (uint64_t job = r->worker; job < 200; job += r->workers)
         record_job(kd_world_commands(r->w, r->worker), r->frame * 200 + job, r->known, r->count);
     return NULL;
 }
 
-static void threads_record_side_by_side(void **state) {
+static void threads_record_side_by_side(void **state)
+{
     kd_world *w = *state, *single = kd_world_make();
     enum { WORKERS = 4 };
     static kd_entity known[4096];
@@ -226,7 +237,8 @@ static void threads_record_side_by_side(void **state) {
     kd_world_destroy(single);
 }
 
-static void commands_may_be_recorded_while_iterating(void **state) {
+static void commands_may_be_recorded_while_iterating(void **state)
+{
     kd_world *w = *state;
     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_WRITE(health)}});
     for (int i = 0; i < 1000; i++)
@@ -251,7 +263,8 @@ static void commands_may_be_recorded_while_iterating(void **state) {
     assert_int_equal(kd_query_count(stiff), 333);
 }
 
-static void recording_out_of_memory_is_told_by_the_merge(void **state) {
+static void recording_out_of_memory_is_told_by_the_merge(void **state)
+{
     kd_world *w = *state;
     kd_commands *c = kd_world_commands(w, 0);
     kd_entity e = kd_spawn(w, KD_TAG(health));
@@ -267,7 +280,8 @@ static void recording_out_of_memory_is_told_by_the_merge(void **state) {
     assert_int_equal(kd_world_merge(w), KD_OK);
 }
 
-int main(void) {
+int main(void)
+{
 #define CASE(test) cmocka_unit_test_setup_teardown(test, make, drop)
     const struct CMUnitTest tests[] = {
         CASE(commands_are_applied_by_the_merge_only),

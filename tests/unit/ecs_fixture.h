@@ -58,7 +58,8 @@ KD_COMPONENT_DEFINE(padded, "padded", KD_FIELD(padded, flag, KD_BOOL, NULL, "on"
 KD_TAG_DEFINE(frozen, "frozen");
 
 static int owner_releases;
-static void owner_release(void *value, void *user) {
+static void owner_release(void *value, void *user)
+{
     owner *o = value;
     (void)user;
     free(o->memory);
@@ -67,7 +68,8 @@ static void owner_release(void *value, void *user) {
 static const kd_component_desc owner_desc = {
     .name = "owner", .size = sizeof(owner), .align = _Alignof(owner), .on_remove = owner_release};
 
-static inline int *owned(int value) {
+static inline int *owned(int value)
+{
     int *memory = malloc(sizeof *memory);
     assert_non_null(memory);
     *memory = value;
@@ -78,17 +80,20 @@ static inline int *owned(int value) {
 #define assert_entity(a, b) assert_true(kd_entity_equal((a), (b)))
 
 /* xorshift64*: the same numbers everywhere. */
-static inline uint32_t random_u32(uint64_t *state) {
+static inline uint32_t random_u32(uint64_t *state)
+{
     *state ^= *state >> 12;
     *state ^= *state << 25;
     *state ^= *state >> 27;
     return (uint32_t)(*state * 2685821657736338717u >> 32);
 }
-static inline uint32_t random_below(uint64_t *state, uint32_t n) {
+static inline uint32_t random_below(uint64_t *state, uint32_t n)
+{
     return random_u32(state) % n;
 }
 
-static inline void silent(void *user, kd_log_level level, const char *text) {
+static inline void silent(void *user, kd_log_level level, const char *text)
+{
     (void)user, (void)level, (void)text;
 }
 

@@ -2,16 +2,19 @@
 
 #include "tests/unit/ecs_fixture.h"
 
-static int make(void **state) {
+static int make(void **state)
+{
     *state = kd_world_make();
     return *state ? 0 : -1;
 }
-static int drop(void **state) {
+static int drop(void **state)
+{
     kd_world_destroy(*state);
     return 0;
 }
 
-static void check_children(kd_world *w, kd_entity parent, const kd_entity *children, uint32_t count) {
+static void check_children(kd_world *w, kd_entity parent, const kd_entity *children, uint32_t count)
+{
     kd_entity at = kd_first_child(w, parent);
     for (uint32_t i = 0; i < count; i++, at = kd_next_sibling(w, at)) {
         assert_entity(at, children[i]);
@@ -21,7 +24,8 @@ static void check_children(kd_world *w, kd_entity parent, const kd_entity *child
     assert_entity(at, KD_NO_ENTITY);
 }
 
-static void children_keep_the_order_in_which_they_came(void **state) {
+static void children_keep_the_order_in_which_they_came(void **state)
+{
     kd_world *w = *state;
     kd_entity root = kd_spawn(w, KD_TAG(position)), c[4];
     for (int i = 0; i < 4; i++) {
@@ -41,7 +45,24 @@ static void children_keep_the_order_in_which_they_came(void **state) {
     assert_int_equal(kd_set_parent(w, c[3], KD_NO_ENTITY), KD_OK); /* an orphan already */
 }
 
-static void children_stay_when_components_come_and_go(void **state) {
+static void child_may_be_spawned_in_its_place(void **state)
+{
+    kd_world *w = *state;
+    kd_entity root = kd_spawn(w, KD_TAG(position)), c[3];
+    for (int i = 0; i < 3; i++)
+        c[i] = kd_spawn_child(w, root, KD_VAL(position, {(float)i, 0, 0}), KD_TAG(frozen));
+    kd_entity grandchild = kd_spawn_child(w, c[1], KD_TAG(position));
+    check_children(w, root, c, 3);
+    check_children(w, c[1], &grandchild, 1);
+    assert_true(kd_find(w, c[2], position)->x == 2 && kd_has(w, c[2], frozen));
+    kd_destroy(w, c[1]);
+    assert_false(kd_alive(w, grandchild));
+    assert_entity(kd_spawn_child(w, c[1], KD_TAG(position)), KD_NO_ENTITY);
+    assert_int_equal(kd_entity_count(w), 3);
+}
+
+static void children_stay_when_components_come_and_go(void **state)
+{
     kd_world *w = *state;
     kd_entity root = kd_spawn(w, KD_TAG(position)), c[3];
     for (int i = 0; i < 3; i++) {
@@ -54,7 +75,8 @@ static void children_stay_when_components_come_and_go(void **state) {
     check_children(w, root, c, 3);
 }
 
-static void cycles_are_refused(void **state) {
+static void cycles_are_refused(void **state)
+{
     kd_world *w = *state;
     kd_entity a = kd_spawn(w, KD_TAG(position)), b = kd_spawn(w, KD_TAG(position)),
               c = kd_spawn(w, KD_TAG(position));
@@ -67,7 +89,8 @@ static void cycles_are_refused(void **state) {
     assert_entity(kd_get_parent(w, a), KD_NO_ENTITY);
 }
 
-static void dead_parents_are_refused(void **state) {
+static void dead_parents_are_refused(void **state)
+{
     kd_world *w = *state;
     kd_entity a = kd_spawn(w, KD_TAG(position)), b = kd_spawn(w, KD_TAG(position));
     kd_destroy(w, a);
@@ -75,7 +98,8 @@ static void dead_parents_are_refused(void **state) {
     assert_int_equal(kd_set_parent(w, a, b), KD_NOT_FOUND);
 }
 
-static void subtree_changes_depth_with_its_root(void **state) {
+static void subtree_changes_depth_with_its_root(void **state)
+{
     kd_world *w = *state;
     kd_entity chain[6], other[3];
     for (int i = 0; i < 6; i++) {
@@ -99,7 +123,8 @@ static void subtree_changes_depth_with_its_root(void **state) {
     assert_int_equal(kd_get_depth(w, chain[1]), 1);
 }
 
-static void destroying_a_parent_destroys_all_below(void **state) {
+static void destroying_a_parent_destroys_all_below(void **state)
+{
     kd_world *w = *state;
     enum { N = 500 };
     kd_entity e[N];
@@ -120,7 +145,8 @@ static void destroying_a_parent_destroys_all_below(void **state) {
         assert_false(kd_alive(w, e[i]));
 }
 
-static void long_chain_needs_no_stack(void **state) {
+static void long_chain_needs_no_stack(void **state)
+{
     kd_world *w = *state;
     enum { N = 3000 };
     static kd_entity e[N];
@@ -137,7 +163,8 @@ static void long_chain_needs_no_stack(void **state) {
     assert_int_equal(kd_entity_count(w), 0);
 }
 
-static void reparenting_out_of_memory_changes_nothing(void **state) {
+static void reparenting_out_of_memory_changes_nothing(void **state)
+{
     kd_world *w = *state;
     enum { N = 600 };
     static kd_entity e[N];
@@ -165,10 +192,12 @@ static void reparenting_out_of_memory_changes_nothing(void **state) {
     assert_int_equal(kd_get_depth(w, e[0]), 2);
 }
 
-int main(void) {
+int main(void)
+{
 #define CASE(test) cmocka_unit_test_setup_teardown(test, make, drop)
     const struct CMUnitTest tests[] = {
         CASE(children_keep_the_order_in_which_they_came),
+        CASE(child_may_be_spawned_in_its_place),
         CASE(children_stay_when_components_come_and_go),
         CASE(cycles_are_refused),
         CASE(dead_parents_are_refused),

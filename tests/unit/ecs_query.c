@@ -5,17 +5,20 @@
 
 #include "tests/unit/ecs_fixture.h"
 
-static int make(void **state) {
+static int make(void **state)
+{
     *state = kd_world_make();
     return *state ? 0 : -1;
 }
-static int drop(void **state) {
+static int drop(void **state)
+{
     kd_world_destroy(*state);
     return 0;
 }
 
 /* Sum of position.x over the rows visited: names the set of entities when every x is a power of two. */
-static uint32_t visited(kd_query *q, uint32_t term) {
+static uint32_t visited(kd_query *q, uint32_t term)
+{
     uint32_t sum = 0;
     for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);) {
         const position *p = KD_COLUMN(&it, position, term);
@@ -26,7 +29,8 @@ static uint32_t visited(kd_query *q, uint32_t term) {
 }
 
 /* Bit 0: position alone; 1: and velocity; 2: and health; 3: both; each bit frozen as well in 4 … 7. */
-static void spawn_eight_kinds(kd_world *w) {
+static void spawn_eight_kinds(kd_world *w)
+{
     for (uint32_t kind = 0; kind < 8; kind++) {
         kd_entity e = kd_spawn(w, KD_VAL(position, {(float)(1u << kind), 0, 0}));
         if (kind & 1)
@@ -38,7 +42,8 @@ static void spawn_eight_kinds(kd_world *w) {
     }
 }
 
-static void query_matches_by_its_terms(void **state) {
+static void query_matches_by_its_terms(void **state)
+{
     kd_world *w = *state;
     static const struct {
         kd_query_desc desc;
@@ -66,7 +71,8 @@ static void query_matches_by_its_terms(void **state) {
     }
 }
 
-static void query_without_terms_visits_everything(void **state) {
+static void query_without_terms_visits_everything(void **state)
+{
     kd_world *w = *state;
     kd_query *q = kd_query_make(w, &(kd_query_desc){0});
     spawn_eight_kinds(w);
@@ -74,7 +80,8 @@ static void query_without_terms_visits_everything(void **state) {
     assert_int_equal(kd_query_count(q), 9);
 }
 
-static void optional_column_is_null_where_absent(void **state) {
+static void optional_column_is_null_where_absent(void **state)
+{
     kd_world *w = *state;
     kd_query *q = kd_query_make(
         w, &(kd_query_desc){.terms = {KD_READ(position), KD_OPTIONAL(velocity), KD_OPTIONAL(frozen)}});
@@ -89,7 +96,8 @@ static void optional_column_is_null_where_absent(void **state) {
     assert_int_equal(rows, 8);
 }
 
-static void equal_queries_are_one_and_counted(void **state) {
+static void equal_queries_are_one_and_counted(void **state)
+{
     kd_world *w = *state;
     const kd_query_desc moving = {.terms = {KD_READ(velocity), KD_WRITE(position)}};
     const kd_query_desc sorted = {.terms = {KD_READ(velocity), KD_WRITE(position)}, .by_depth = true};
@@ -108,7 +116,8 @@ static void equal_queries_are_one_and_counted(void **state) {
     kd_query_destroy(NULL);
 }
 
-static void rows_come_in_order_of_tables_and_rows(void **state) {
+static void rows_come_in_order_of_tables_and_rows(void **state)
+{
     kd_world *w = *state;
     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(position)}});
     kd_entity expected[6];
@@ -125,7 +134,8 @@ static void rows_come_in_order_of_tables_and_rows(void **state) {
     assert_int_equal(at, 6);
 }
 
-static void written_values_stay(void **state) {
+static void written_values_stay(void **state)
+{
     kd_world *w = *state;
     enum { N = 5000 };
     static kd_entity e[N];
@@ -146,7 +156,8 @@ static void written_values_stay(void **state) {
 }
 
 /* ---- change detection ---- */
-static uint32_t rows_changed(kd_query *q, uint64_t since) {
+static uint32_t rows_changed(kd_query *q, uint64_t since)
+{
     uint32_t rows = 0;
     kd_iter it = kd_query_iter(q);
     for (it.changed_since = since; kd_iter_next(&it);)
@@ -154,7 +165,8 @@ static uint32_t rows_changed(kd_query *q, uint64_t since) {
     return rows;
 }
 
-static void changes_are_seen_by_chunk(void **state) {
+static void changes_are_seen_by_chunk(void **state)
+{
     kd_world *w = *state;
     enum { N = 10000, CHUNK = 256 };
     static kd_entity e[N];
@@ -183,7 +195,8 @@ static void changes_are_seen_by_chunk(void **state) {
     assert_false(kd_iter_next(&it));
 }
 
-static void changes_are_seen_after_writing_a_column(void **state) {
+static void changes_are_seen_after_writing_a_column(void **state)
+{
     kd_world *w = *state;
     kd_query *read = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(position)}});
     kd_query *write = kd_query_make(w, &(kd_query_desc){.terms = {KD_WRITE(position), KD_WITH(health)}});
@@ -200,7 +213,8 @@ static void changes_are_seen_after_writing_a_column(void **state) {
     assert_int_equal(rows_changed(read, since), 50);
 }
 
-static void changes_include_rows_that_came_or_moved(void **state) {
+static void changes_include_rows_that_came_or_moved(void **state)
+{
     kd_world *w = *state;
     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(position)}});
     kd_query *tags = kd_query_make(w, &(kd_query_desc){.terms = {KD_WITH(frozen)}});
@@ -220,7 +234,8 @@ static void changes_include_rows_that_came_or_moved(void **state) {
 }
 
 /* ---- order by depth ---- */
-static void depth_order_visits_parents_first(void **state) {
+static void depth_order_visits_parents_first(void **state)
+{
     kd_world *w = *state;
     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(position)}, .by_depth = true});
     enum { N = 400 };
@@ -251,7 +266,8 @@ static void depth_order_visits_parents_first(void **state) {
 
 /* ---- misuse ---- */
 static int errors;
-static void count_errors(void *user, kd_log_level level, const char *text) {
+static void count_errors(void *user, kd_log_level level, const char *text)
+{
     (void)user;
     errors += level == KD_LOG_ERROR && strstr(text, "kd_commands") && strstr(text, "kd_spawn") &&
               strstr(text, "movers");
@@ -259,7 +275,8 @@ static void count_errors(void *user, kd_log_level level, const char *text) {
 
 /* With assertions the child aborts; without, the iteration ends after one message. Both name call and query.
  */
-static void structure_changed_while_iterating_is_caught(void **state) {
+static void structure_changed_while_iterating_is_caught(void **state)
+{
     kd_world *w = *state;
     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(position)}, .name = "movers"});
     kd_spawn(w, KD_TAG(position));
@@ -281,7 +298,8 @@ static void structure_changed_while_iterating_is_caught(void **state) {
                 (WIFEXITED(status) && WEXITSTATUS(status) == 0));
 }
 
-static void iterator_left_by_break_leaves_nothing_behind(void **state) {
+static void iterator_left_by_break_leaves_nothing_behind(void **state)
+{
     kd_world *w = *state;
     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(position)}});
     for (int i = 0; i < 10; i++)
@@ -292,7 +310,8 @@ static void iterator_left_by_break_leaves_nothing_behind(void **state) {
     assert_int_equal(rows_changed(q, 0), 11);
 }
 
-int main(void) {
+int main(void)
+{
 #define CASE(test) cmocka_unit_test_setup_teardown(test, make, drop)
     const struct CMUnitTest tests[] = {
         CASE(query_matches_by_its_terms),

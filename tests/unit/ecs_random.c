@@ -27,7 +27,8 @@ typedef union any_value {
     owner o;
 } any_value;
 
-static any_value value_from(int kind, int number) {
+static any_value value_from(int kind, int number)
+{
     any_value v;
     memset(&v, 0, sizeof v);
     switch (kind) {
@@ -53,7 +54,8 @@ static any_value value_from(int kind, int number) {
     return v;
 }
 
-static bool value_is(int kind, const void *at, int number) {
+static bool value_is(int kind, const void *at, int number)
+{
     if (kind == TAG)
         return true;
     if (kind == OWNER)
@@ -91,7 +93,8 @@ static const kd_query_desc query_descs[8] = {
     {{{KD_TERM_END, NULL}}, true, NULL},
 };
 
-static bool query_wants(int q, uint32_t has) {
+static bool query_wants(int q, uint32_t has)
+{
     bool c[COMPONENTS];
     for (int k = 0; k < COMPONENTS; k++)
         c[k] = has >> k & 1;
@@ -116,11 +119,13 @@ static bool query_wants(int q, uint32_t has) {
 }
 
 /* ---- the model's own moves ---- */
-static int pick(model *m) {
+static int pick(model *m)
+{
     return m->count ? (int)random_below(&m->random, (uint32_t)m->count) : -1;
 }
 
-static int pick_alive(model *m) {
+static int pick_alive(model *m)
+{
     for (int tries = 0; m->alive && tries < 50; tries++) {
         int i = pick(m);
         if (m->e[i].alive)
@@ -129,7 +134,8 @@ static int pick_alive(model *m) {
     return -1;
 }
 
-static void model_drop(model *m, int i) {
+static void model_drop(model *m, int i)
+{
     for (int c = 0; c < m->count; c++)
         if (m->e[c].alive && m->e[c].parent == i)
             model_drop(m, c);
@@ -138,21 +144,24 @@ static void model_drop(model *m, int i) {
     m->alive--;
 }
 
-static bool model_is_below(const model *m, int i, int ancestor) {
+static bool model_is_below(const model *m, int i, int ancestor)
+{
     for (; i >= 0; i = m->e[i].parent)
         if (i == ancestor)
             return true;
     return false;
 }
 
-static int model_depth(const model *m, int i) {
+static int model_depth(const model *m, int i)
+{
     int depth = 0;
     while ((i = m->e[i].parent) >= 0)
         depth++;
     return depth;
 }
 
-static model_entity *model_add(model *m, kd_entity handle, uint32_t has) {
+static model_entity *model_add(model *m, kd_entity handle, uint32_t has)
+{
     model_entity *e = &m->e[m->count++];
     *e = (model_entity){.handle = handle, .alive = true, .has = has, .parent = -1};
     m->alive++;
@@ -161,7 +170,8 @@ static model_entity *model_add(model *m, kd_entity handle, uint32_t has) {
 }
 
 /* ---- operations on both ---- */
-static void op_spawn(model *m) {
+static void op_spawn(model *m)
+{
     kd_value values[COMPONENTS];
     any_value storage[COMPONENTS];
     int numbers[COMPONENTS];
@@ -176,15 +186,22 @@ static void op_spawn(model *m) {
         values[count++] = (kd_value){kinds[k], k == TAG ? NULL : &storage[k]};
         has |= 1u << k;
     }
-    kd_entity handle = kd_spawn_values(m->w, values, count);
+    int parent = random_below(&m->random, 3) ? -1 : pick_alive(m);
+    kd_entity handle = parent < 0 ? kd_spawn_values(m->w, values, count)
+                                  : kd_spawn_child_values(m->w, m->e[parent].handle, values, count);
     assert_true(kd_alive(m->w, handle));
     model_entity *e = model_add(m, handle, has);
+    if (parent >= 0) {
+        e->parent = parent;
+        e->child_order = ++m->clock;
+    }
     for (int k = 0; k < COMPONENTS; k++)
         if (has >> k & 1)
             e->numbers[k] = numbers[k];
 }
 
-static void op_spawn_n(model *m) {
+static void op_spawn_n(model *m)
+{
     uint32_t n = random_below(&m->random, 20);
     position p[20];
     kd_entity out[20];
@@ -203,7 +220,8 @@ static void op_spawn_n(model *m) {
     }
 }
 
-static void op_destroy(model *m) {
+static void op_destroy(model *m)
+{
     int i = pick(m); /* dead ones too: nothing may happen */
     if (i < 0)
         return;
@@ -212,7 +230,8 @@ static void op_destroy(model *m) {
         model_drop(m, i);
 }
 
-static void op_set(model *m) {
+static void op_set(model *m)
+{
     int i = pick(m), k = (int)random_below(&m->random, COMPONENTS),
         number = (int)random_below(&m->random, 1000);
     if (i < 0)
@@ -230,7 +249,8 @@ static void op_set(model *m) {
     e->numbers[k] = number;
 }
 
-static void op_remove(model *m) {
+static void op_remove(model *m)
+{
     int i = pick(m), k = (int)random_below(&m->random, COMPONENTS);
     if (i < 0)
         return;
@@ -241,7 +261,8 @@ static void op_remove(model *m) {
     }
 }
 
-static void op_write(model *m) {
+static void op_write(model *m)
+{
     int i = pick(m);
     health *h = i < 0 ? NULL : kd_find_mut(m->w, m->e[i].handle, health);
     if (i < 0)
@@ -254,7 +275,8 @@ static void op_write(model *m) {
     }
 }
 
-static void op_parent(model *m) {
+static void op_parent(model *m)
+{
     int child = pick(m), parent = random_below(&m->random, 4) ? pick(m) : -1;
     if (child < 0)
         return;
@@ -271,13 +293,15 @@ static void op_parent(model *m) {
     m->e[child].child_order = ++m->clock;
 }
 
-static const char *name_text(int name) {
+static const char *name_text(int name)
+{
     static char text[16];
     snprintf(text, sizeof text, "name%d", name);
     return name ? text : "";
 }
 
-static void op_name(model *m) {
+static void op_name(model *m)
+{
     int i = pick_alive(m), name = (int)random_below(&m->random, NAMES);
     if (i < 0)
         return;
@@ -288,7 +312,8 @@ static void op_name(model *m) {
 }
 
 /* The same changes through a command buffer, merged at once. */
-static void op_commands(model *m) {
+static void op_commands(model *m)
+{
     kd_commands *c = kd_world_commands(m->w, random_below(&m->random, KD_MAX_WORKERS));
     int number = (int)random_below(&m->random, 1000), i = pick(m), doomed = pick(m);
     any_value v = value_from(0, number);
@@ -308,7 +333,8 @@ static void op_commands(model *m) {
 }
 
 /* ---- comparison ---- */
-static void check_entity(const model *m, int i) {
+static void check_entity(const model *m, int i)
+{
     const model_entity *e = &m->e[i];
     assert_int_equal(kd_alive(m->w, e->handle), e->alive);
     for (int k = 0; k < COMPONENTS; k++) {
@@ -326,7 +352,8 @@ static void check_entity(const model *m, int i) {
     assert_int_equal(kd_get_depth(m->w, e->handle), model_depth(m, i));
 }
 
-static void check_children(const model *m, int i) {
+static void check_children(const model *m, int i)
+{
     uint64_t after = 0;
     kd_entity child = kd_first_child(m->w, m->e[i].handle);
     for (;; child = kd_next_sibling(m->w, child)) {
@@ -342,7 +369,8 @@ static void check_children(const model *m, int i) {
     }
 }
 
-static void check_names(const model *m) {
+static void check_names(const model *m)
+{
     for (int name = 1; name < NAMES; name++) {
         int first = -1;
         for (int i = 0; i < m->count; i++)
@@ -353,7 +381,8 @@ static void check_names(const model *m) {
     }
 }
 
-static void check_query(const model *m, int q) {
+static void check_query(const model *m, int q)
+{
     uint32_t expected = 0, rows = 0, depth = 0;
     uint64_t expected_sum = 0, sum = 0;
     for (int i = 0; i < m->count; i++)
@@ -373,7 +402,8 @@ static void check_query(const model *m, int q) {
     assert_true(sum == expected_sum);
 }
 
-static void check_all(const model *m) {
+static void check_all(const model *m)
+{
     assert_int_equal(kd_entity_count(m->w), m->alive);
     for (int i = 0; i < m->count; i++)
         check_entity(m, i);
@@ -385,7 +415,8 @@ static void check_all(const model *m) {
         check_query(m, q);
 }
 
-static void step(model *m) {
+static void step(model *m)
+{
     static void (*const ops[])(model *) = {op_spawn,  op_spawn, op_spawn_n, op_destroy, op_set,  op_set,
                                            op_remove, op_write, op_parent,  op_parent,  op_name, op_commands};
     uint32_t op = random_below(&m->random, m->alive > 250 ? 24 : 12);
@@ -396,7 +427,8 @@ static void step(model *m) {
 }
 
 /* Run a program of `steps` operations; returns the checksum of the world at its end. */
-static uint64_t run_program(uint64_t seed, int steps, int check_every) {
+static uint64_t run_program(uint64_t seed, int steps, int check_every)
+{
     static model m;
     memset(&m, 0, sizeof m);
     m.random = seed * 0x9e3779b97f4a7c15u + 1;
@@ -422,18 +454,21 @@ static uint64_t run_program(uint64_t seed, int steps, int check_every) {
     return checksum;
 }
 
-static bool slow(void) {
+static bool slow(void)
+{
     return getenv("KANDIL_SLOW") && *getenv("KANDIL_SLOW") == '1';
 }
 
-static void random_programs_agree_with_the_model(void **state) {
+static void random_programs_agree_with_the_model(void **state)
+{
     (void)state;
     uint64_t seeds = slow() ? 5000 : 400;
     for (uint64_t seed = 1; seed <= seeds; seed++)
         run_program(seed, 3000, slow() ? 100 : 300);
 }
 
-static void random_programs_repeat_exactly(void **state) {
+static void random_programs_repeat_exactly(void **state)
+{
     (void)state;
     for (uint64_t seed = 1; seed <= 40; seed++)
         assert_true(run_program(seed, 2000, 0) == run_program(seed, 2000, 0));
@@ -442,7 +477,8 @@ static void random_programs_repeat_exactly(void **state) {
 
 /* Memory runs out at every possible moment in turn: calls fail, nothing breaks, and what lives can still be
  * read. */
-static void programs_survive_without_memory(void **state) {
+static void programs_survive_without_memory(void **state)
+{
     (void)state;
     kd_log_set_sink(silent, NULL);
     for (uint32_t round = 0; round < (slow() ? 3000u : 300u); round++) {
@@ -465,7 +501,10 @@ static void programs_survive_without_memory(void **state) {
                 kd_remove(w, *one, position);
                 break;
             case 4:
-                kd_set_parent(w, *one, *two);
+                if (i & 1)
+                    kd_set_parent(w, *one, *two);
+                else
+                    *one = kd_spawn_child(w, *two, KD_TAG(position));
                 break;
             case 5:
                 kd_set_name(w, *one, name_text(i % 40 + 1));
@@ -497,7 +536,8 @@ static void programs_survive_without_memory(void **state) {
     kd_log_set_sink(NULL, NULL);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_programs_agree_with_the_model),
         cmocka_unit_test(random_programs_repeat_exactly),

@@ -34,7 +34,8 @@ KD_COMPONENT_DEFINE(lamp, "light", KD_FIELD_ENUM(lamp, type, lamp_types, "kind o
                     KD_FIELD(lamp, steps, KD_U32, NULL, "steps"));
 
 static char last_message[1024];
-static void keep_message(void *user, kd_log_level level, const char *text) {
+static void keep_message(void *user, kd_log_level level, const char *text)
+{
     (void)user, (void)level;
     snprintf(last_message, sizeof last_message, "%s", text);
 }
@@ -44,7 +45,8 @@ typedef struct scene {
     kd_entity e;
 } scene;
 
-static int make(void **state) {
+static int make(void **state)
+{
     scene *s = malloc(sizeof *s);
     s->w = kd_world_make();
     s->e =
@@ -55,7 +57,8 @@ static int make(void **state) {
     *state = s;
     return 0;
 }
-static int drop(void **state) {
+static int drop(void **state)
+{
     scene *s = *state;
     kd_log_set_sink(NULL, NULL);
     kd_world_destroy(s->w);
@@ -63,7 +66,8 @@ static int drop(void **state) {
     return 0;
 }
 
-static double read_one(const scene *s, const char *path) {
+static double read_one(const scene *s, const char *path)
+{
     kd_field_ref ref;
     double number = NAN;
     assert_int_equal(kd_field_resolve(s->w, path, &ref), KD_OK);
@@ -72,13 +76,15 @@ static double read_one(const scene *s, const char *path) {
     return number;
 }
 
-static kd_status write_text(const scene *s, const char *path, const char *text) {
+static kd_status write_text(const scene *s, const char *path, const char *text)
+{
     kd_field_ref ref;
     assert_int_equal(kd_field_resolve(s->w, path, &ref), KD_OK);
     return kd_field_write_text(s->w, s->e, &ref, text);
 }
 
-static void path_reaches_every_kind_of_field(void **state) {
+static void path_reaches_every_kind_of_field(void **state)
+{
     const scene *s = *state;
     static const struct {
         const char *path;
@@ -97,7 +103,8 @@ static void path_reaches_every_kind_of_field(void **state) {
     }
 }
 
-static void path_that_leads_nowhere_is_told(void **state) {
+static void path_that_leads_nowhere_is_told(void **state)
+{
     const scene *s = *state;
     static const char *const wrong[] = {"",
                                         "light",
@@ -131,7 +138,8 @@ static void path_that_leads_nowhere_is_told(void **state) {
     assert_non_null(strstr(last_message, "position"));
 }
 
-static void path_with_an_entity_may_hold_dots_in_its_name(void **state) {
+static void path_with_an_entity_may_hold_dots_in_its_name(void **state)
+{
     const scene *s = *state;
     kd_entity e;
     kd_field_ref ref;
@@ -144,7 +152,8 @@ static void path_with_an_entity_may_hold_dots_in_its_name(void **state) {
     assert_int_equal(kd_entity_field_resolve(s->w, "", &e, &ref), KD_NOT_FOUND);
 }
 
-static void numbers_are_written_and_read_back(void **state) {
+static void numbers_are_written_and_read_back(void **state)
+{
     const scene *s = *state;
     kd_field_ref ref;
     double numbers[16];
@@ -164,7 +173,8 @@ static void numbers_are_written_and_read_back(void **state) {
     assert_true(kd_find(s->w, s->e, position)->y == 2); /* nothing else moved */
 }
 
-static void text_is_read_by_the_field_s_type(void **state) {
+static void text_is_read_by_the_field_s_type(void **state)
+{
     const scene *s = *state;
     char out[64];
     kd_field_ref ref;
@@ -194,7 +204,8 @@ static void text_is_read_by_the_field_s_type(void **state) {
     assert_int_equal(strlen(kd_field_read_text(s->w, s->e, &ref, out, 8)), 7); /* cut, never past the end */
 }
 
-static void values_out_of_range_change_nothing_and_say_why(void **state) {
+static void values_out_of_range_change_nothing_and_say_why(void **state)
+{
     const scene *s = *state;
     static const struct {
         const char *path, *text, *words;
@@ -228,7 +239,8 @@ static void values_out_of_range_change_nothing_and_say_why(void **state) {
     }
 }
 
-static void writing_marks_the_component_as_changed(void **state) {
+static void writing_marks_the_component_as_changed(void **state)
+{
     const scene *s = *state;
     kd_query *q = kd_query_make(s->w, &(kd_query_desc){.terms = {KD_READ(lamp)}});
     kd_iter it = kd_query_iter(q);
@@ -241,7 +253,8 @@ static void writing_marks_the_component_as_changed(void **state) {
     assert_true(kd_iter_next(&it));
 }
 
-static void singleton_is_reached_without_an_entity(void **state) {
+static void singleton_is_reached_without_an_entity(void **state)
+{
     const scene *s = *state;
     kd_field_ref ref;
     double number;
@@ -256,7 +269,8 @@ static void singleton_is_reached_without_an_entity(void **state) {
     assert_non_null(strstr(last_message, "lamp.001"));
 }
 
-static void entities_have_functions_of_their_own(void **state) {
+static void entities_have_functions_of_their_own(void **state)
+{
     const scene *s = *state;
     kd_field_ref ref, other;
     kd_entity value;
@@ -270,7 +284,8 @@ static void entities_have_functions_of_their_own(void **state) {
     assert_int_equal(kd_field_write(s->w, s->e, &ref, (double[]){1}, 1), KD_BAD_FORMAT);
 }
 
-int main(void) {
+int main(void)
+{
 #define CASE(test) cmocka_unit_test_setup_teardown(test, make, drop)
     const struct CMUnitTest tests[] = {
         CASE(path_reaches_every_kind_of_field),

@@ -2,17 +2,20 @@
 
 #include "tests/unit/ecs_fixture.h"
 
-static int make(void **state) {
+static int make(void **state)
+{
     *state = kd_world_make();
     return *state ? 0 : -1;
 }
-static int drop(void **state) {
+static int drop(void **state)
+{
     kd_world_destroy(*state);
     return 0;
 }
 
 /* ---- components ---- */
-static void component_gets_ids_from_one_upwards(void **state) {
+static void component_gets_ids_from_one_upwards(void **state)
+{
     kd_world *w = *state;
     assert_int_equal(kd_component_count(w), 0);
     assert_int_equal(KD_ID(w, position), 1);
@@ -24,7 +27,8 @@ static void component_gets_ids_from_one_upwards(void **state) {
     assert_null(kd_component_info(w, 3));
 }
 
-static void component_is_found_by_name(void **state) {
+static void component_is_found_by_name(void **state)
+{
     kd_world *w = *state;
     assert_int_equal(kd_component_find(w, "velocity"), 0);
     kd_component_id id = KD_ID(w, velocity);
@@ -32,14 +36,16 @@ static void component_is_found_by_name(void **state) {
     assert_int_equal(kd_component_find(w, "veloc"), 0);
 }
 
-static void component_copies_of_a_description_agree(void **state) {
+static void component_copies_of_a_description_agree(void **state)
+{
     kd_world *w = *state;
     kd_component_desc copy = position_desc;
     assert_int_equal(KD_ID(w, position), kd_component_ensure(w, &copy));
     assert_int_equal(kd_component_count(w), 1);
 }
 
-static void component_of_one_name_and_another_size_is_refused(void **state) {
+static void component_of_one_name_and_another_size_is_refused(void **state)
+{
     kd_world *w = *state;
     kd_component_desc other = velocity_desc;
     other.name = "position";
@@ -50,7 +56,8 @@ static void component_of_one_name_and_another_size_is_refused(void **state) {
     kd_log_set_sink(NULL, NULL);
 }
 
-static void component_table_fills_up_with_an_error(void **state) {
+static void component_table_fills_up_with_an_error(void **state)
+{
     kd_world *w = *state;
     static char names[520][16];
     static kd_component_desc many[520];
@@ -71,7 +78,8 @@ static void component_table_fills_up_with_an_error(void **state) {
     assert_int_equal(*(const uint32_t *)kd_find_id(w, e, 77), 77);
 }
 
-static void worlds_have_ids_of_their_own(void **state) {
+static void worlds_have_ids_of_their_own(void **state)
+{
     kd_world *a = *state, *b = kd_world_make();
     KD_ID(a, position);
     assert_int_equal(KD_ID(a, velocity), 2);
@@ -86,7 +94,8 @@ static void worlds_have_ids_of_their_own(void **state) {
 }
 
 /* ---- entities ---- */
-static void spawn_writes_all_values(void **state) {
+static void spawn_writes_all_values(void **state)
+{
     kd_world *w = *state;
     kd_entity e =
         kd_spawn(w, KD_VAL(velocity, {1, 2, 3}), KD_TAG(frozen), KD_VAL(position, {4, 5, 6}), KD_TAG(health));
@@ -98,7 +107,8 @@ static void spawn_writes_all_values(void **state) {
     assert_false(kd_has(w, e, bond));
 }
 
-static void spawn_without_values_makes_an_empty_entity(void **state) {
+static void spawn_without_values_makes_an_empty_entity(void **state)
+{
     kd_world *w = *state;
     kd_entity e = kd_spawn_values(w, NULL, 0);
     assert_true(kd_alive(w, e));
@@ -107,13 +117,15 @@ static void spawn_without_values_makes_an_empty_entity(void **state) {
     assert_true(kd_alive(w, e));
 }
 
-static void spawn_takes_the_last_of_a_component_given_twice(void **state) {
+static void spawn_takes_the_last_of_a_component_given_twice(void **state)
+{
     kd_world *w = *state;
     kd_entity e = kd_spawn(w, KD_VAL(position, {1, 1, 1}), KD_VAL(position, {2, 2, 2}));
     assert_true(kd_find(w, e, position)->x == 2);
 }
 
-static void spawn_reads_values_that_lie_in_the_world(void **state) {
+static void spawn_reads_values_that_lie_in_the_world(void **state)
+{
     kd_world *w = *state;
     kd_entity first = kd_spawn(w, KD_VAL(position, {1, 2, 3}), KD_TAG(health));
     for (int i = 0; i < 5000; i++) { /* the column moves in memory while it is read */
@@ -128,7 +140,8 @@ static void spawn_reads_values_that_lie_in_the_world(void **state) {
     }
 }
 
-static void spawn_n_copies_columns_and_fills_defaults(void **state) {
+static void spawn_n_copies_columns_and_fills_defaults(void **state)
+{
     kd_world *w = *state;
     enum { N = 1000 };
     static position p[N];
@@ -148,7 +161,8 @@ static void spawn_n_copies_columns_and_fills_defaults(void **state) {
     }
 }
 
-static void destroyed_handle_is_dead_and_harmless(void **state) {
+static void destroyed_handle_is_dead_and_harmless(void **state)
+{
     kd_world *w = *state;
     kd_entity e = kd_spawn(w, KD_VAL(position, {1, 2, 3}));
     kd_destroy(w, e);
@@ -171,7 +185,8 @@ static void destroyed_handle_is_dead_and_harmless(void **state) {
     assert_int_equal(kd_entity_count(w), 1);
 }
 
-static void handles_never_made_are_dead(void **state) {
+static void handles_never_made_are_dead(void **state)
+{
     kd_world *w = *state;
     kd_entity wrong[] = {KD_NO_ENTITY,     {0, 1},         {7, 1}, {UINT32_MAX, UINT32_MAX},
                          {0, 0x80000000u}, {0, UINT32_MAX}};
@@ -183,7 +198,8 @@ static void handles_never_made_are_dead(void **state) {
     }
 }
 
-static void same_calls_give_the_same_handles(void **state) {
+static void same_calls_give_the_same_handles(void **state)
+{
     kd_world *a = *state, *b = kd_world_make();
     kd_entity in_a[300], in_b[300];
     for (uint32_t i = 0; i < 300; i++) {
@@ -200,7 +216,8 @@ static void same_calls_give_the_same_handles(void **state) {
 }
 
 /* ---- values ---- */
-static void set_adds_and_replaces(void **state) {
+static void set_adds_and_replaces(void **state)
+{
     kd_world *w = *state;
     kd_entity e = kd_spawn(w, KD_VAL(position, {1, 2, 3}));
     kd_entity other = kd_spawn(w, KD_VAL(position, {9, 9, 9}));
@@ -216,7 +233,8 @@ static void set_adds_and_replaces(void **state) {
     assert_true(kd_has(w, e, frozen) && !kd_has(w, other, frozen));
 }
 
-static void remove_takes_one_component_away(void **state) {
+static void remove_takes_one_component_away(void **state)
+{
     kd_world *w = *state;
     kd_entity e = kd_spawn(w, KD_VAL(position, {1, 2, 3}), KD_VAL(velocity, {4, 5, 6}), KD_TAG(frozen));
     kd_remove(w, e, velocity);
@@ -228,7 +246,8 @@ static void remove_takes_one_component_away(void **state) {
     assert_false(kd_has(w, e, frozen));
 }
 
-static void columns_are_aligned_to_a_cache_line(void **state) {
+static void columns_are_aligned_to_a_cache_line(void **state)
+{
     kd_world *w = *state;
     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(position), KD_READ(health)}});
     for (int i = 0; i < 3000; i++)
@@ -240,7 +259,8 @@ static void columns_are_aligned_to_a_cache_line(void **state) {
 }
 
 /* ---- hooks ---- */
-static void hook_runs_on_remove_set_destroy_and_end(void **state) {
+static void hook_runs_on_remove_set_destroy_and_end(void **state)
+{
     kd_world *w = kd_world_make();
     (void)state;
     owner_releases = 0;
@@ -264,7 +284,8 @@ static void hook_runs_on_remove_set_destroy_and_end(void **state) {
 }
 
 /* ---- singletons, names ---- */
-static void singleton_starts_as_default_and_stays_in_place(void **state) {
+static void singleton_starts_as_default_and_stays_in_place(void **state)
+{
     kd_world *w = *state;
     assert_null(kd_singleton_find(w, KD_ID(w, health)));
     health *h = kd_singleton(w, health);
@@ -279,7 +300,8 @@ static void singleton_starts_as_default_and_stays_in_place(void **state) {
     assert_int_equal(h->now, 3);
 }
 
-static void name_finds_the_one_named_first(void **state) {
+static void name_finds_the_one_named_first(void **state)
+{
     kd_world *w = *state;
     kd_entity a = kd_spawn(w, KD_TAG(frozen)), b = kd_spawn(w, KD_TAG(frozen)),
               c = kd_spawn(w, KD_TAG(frozen));
@@ -303,7 +325,8 @@ static void name_finds_the_one_named_first(void **state) {
     assert_entity(kd_find_named(w, NULL), KD_NO_ENTITY);
 }
 
-static void names_survive_many_changes(void **state) {
+static void names_survive_many_changes(void **state)
+{
     kd_world *w = *state;
     enum { N = 700 };
     static kd_entity e[N];
@@ -327,7 +350,8 @@ static void names_survive_many_changes(void **state) {
 }
 
 /* ---- statistics ---- */
-static void checksum_tells_worlds_apart(void **state) {
+static void checksum_tells_worlds_apart(void **state)
+{
     kd_world *a = *state, *b = kd_world_make();
     kd_entity in_a = kd_spawn(a, KD_VAL(position, {1, 2, 3}), KD_TAG(health));
     kd_entity in_b = kd_spawn(b, KD_VAL(position, {1, 2, 3}), KD_TAG(health));
@@ -351,7 +375,8 @@ static void checksum_tells_worlds_apart(void **state) {
     kd_world_destroy(b);
 }
 
-static void checksum_leaves_padding_out(void **state) {
+static void checksum_leaves_padding_out(void **state)
+{
     kd_world *a = *state, *b = kd_world_make();
     padded p, q;
     memset(&p, 0xff, sizeof p);
@@ -364,7 +389,8 @@ static void checksum_leaves_padding_out(void **state) {
     kd_world_destroy(b);
 }
 
-static void bytes_grow_with_the_world_and_stay_near_the_payload(void **state) {
+static void bytes_grow_with_the_world_and_stay_near_the_payload(void **state)
+{
     kd_world *w = *state;
     size_t empty = kd_world_bytes(w);
     for (int i = 0; i < 100000; i++)
@@ -374,7 +400,8 @@ static void bytes_grow_with_the_world_and_stay_near_the_payload(void **state) {
     assert_true(each <= (32 + 16) * 1.27); /* columns grow by a quarter at most, versions are small */
 }
 
-static void limit_makes_calls_fail_and_leaves_the_world_whole(void **state) {
+static void limit_makes_calls_fail_and_leaves_the_world_whole(void **state)
+{
     kd_world *w = *state;
     kd_entity last = KD_NO_ENTITY, e;
     uint32_t count = 0;
@@ -392,7 +419,8 @@ static void limit_makes_calls_fail_and_leaves_the_world_whole(void **state) {
     assert_true(kd_alive(w, kd_spawn(w, KD_VAL(position, {1, 2, 3}), KD_TAG(health))));
 }
 
-int main(void) {
+int main(void)
+{
 #define CASE(test) cmocka_unit_test_setup_teardown(test, make, drop)
     const struct CMUnitTest tests[] = {
         CASE(component_gets_ids_from_one_upwards),

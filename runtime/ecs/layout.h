@@ -1,0 +1,61 @@
+#ifndef KD_ECS_LAYOUT_H
+#define KD_ECS_LAYOUT_H
+
+/* The part of a world's layout that lookups inlined in world.h read: entity records and tables. No interface:
+ * it changes without notice. Shared words are read through the compiler's atomic built-ins, so that C++ can
+ * include this too. */
+
+#include <stdint.h>
+
+#include "runtime/ecs/component.h"
+
+#define ECS_DEAD       0x80000000u /* in ecs_record.table */
+#define ECS_TAG_COLUMN 0xffffu
+#define ECS_DESC_SLOTS 2048u /* of the address hash; a power of two, kept at most half full */
+
+typedef struct ecs_record {
+    uint32_t table; /* index of the table; ECS_DEAD | next free index when dead */
+    uint32_t row;   /* generation of the next handle when dead */
+} ecs_record;
+
+typedef struct ecs_column {
+    uint8_t *data;
+    uint32_t size;
+    uint32_t id; /* 0 for entities and parents */
+} ecs_column;
+
+/* The first cache line says what is there, the second where the entities and the first three components lie.
+ */
+typedef struct ecs_table {
+    uint32_t count, capacity;
+    const uint16_t
+        *column_of; /* by component id, the archetype's: 0 absent, ECS_TAG_COLUMN present without data */
+    uint32_t column_limit;
+    uint32_t index;
+    uint64_t *versions; /* [column_count][1 + chunk_capacity]: newest of the column, then of each chunk */
+    uint32_t chunk_capacity;
+    uint16_t column_count; /* all, with entities and parents */
+    uint16_t depth;
+    uint32_t incoming;      /* rows about to arrive while a subtree is moved */
+    uint32_t stamped_chunk; /* where, and with which version, all columns were stamped last */
+    uint64_t stamped_version;
+    struct ecs_archetype *archetype;
+    ecs_column columns[]; /* 0: entities; then components by id; last, when depth > 0: parents */
+} ecs_table;
+
+/* First member of every kd_world. */
+typedef struct ecs_world_head {
+    ecs_record *records;
+    uint32_t entity_limit; /* indices ever given */
+    uint32_t table_count;
+    ecs_table **tables;
+    const kd_component_desc *desc_keys[ECS_DESC_SLOTS]; /* written once each, read without a lock */
+    uint16_t desc_ids[ECS_DESC_SLOTS];
+} ecs_world_head;
+
+static inline uint32_t ecs_desc_slot(const kd_component_desc *desc)
+{
+    return (uint32_t)(((uint64_t)(uintptr_t)desc >> 3) * 0x9e3779b97f4a7c15u >> 53) & (ECS_DESC_SLOTS - 1);
+}
+
+#endif
