@@ -5,9 +5,10 @@
 #include "runtime/ecs/world.h"
 #include "runtime/gpu/gpu.h"
 
-/* Singleton: the joint matrices of this frame, joint_world * inverse_bind, model to world space, as three rows each:
- * position' = (dot(row0, p1), dot(row1, p1), dot(row2, p1)) with p1 = (position, 1). Joint j of a kd_skin_instance is
- * entry first_matrix + j. Rows are written by system joint_palette; the buffer, resource "scene.joints", by deform. */
+/* Singleton: the joint matrices of this frame, joint_world * inverse_bind, model to world space, as three
+ * rows each: position' = (dot(row0, p1), dot(row1, p1), dot(row2, p1)) with p1 = (position, 1). Joint j of a
+ * kd_skin_instance is entry first_matrix + j. Rows are written by system joint_palette; the buffer, resource
+ * "scene.joints", by deform. */
 typedef struct kd_joint_palette {
     uint32_t count;
     const kd_vec4 (*rows)[3]; /* [count] */

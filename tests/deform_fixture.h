@@ -1,7 +1,8 @@
 #ifndef KD_TESTS_DEFORM_FIXTURE_H
 #define KD_TESTS_DEFORM_FIXTURE_H
 
-/* The scene's streams packed on the CPU and deformed by the reference: what the GPU must hold, and what bounds must hold. */
+/* The scene's streams packed on the CPU and deformed by the reference: what the GPU must hold, and what
+ * bounds must hold. */
 
 #include "systems/deform/deform_reference.h"
 #include "systems/deform/internal.h"
@@ -30,7 +31,8 @@ static inline void deform_pack_mesh(const kd_scene_store *s, const kd_store_mesh
             scene_pack_skin(desc, out->skins + (size_t)p->first_skin_vertex * KD_SKIN_WORDS);
         for (uint32_t t = 0; t < mesh->morph_count; t++)
             scene_pack_morph(desc, t,
-                             out->morphs + (size_t)(p->first_morph_vertex + t * p->vertex_count) * KD_MORPH_WORDS);
+                             out->morphs +
+                                 (size_t)(p->first_morph_vertex + t * p->vertex_count) * KD_MORPH_WORDS);
     }
 }
 

@@ -1,8 +1,8 @@
 #ifndef KD_TESTS_SYSTEMS_FIXTURE_H
 #define KD_TESTS_SYSTEMS_FIXTURE_H
 
-/* For tests of scene, animation, hierarchy and deform: models made in memory, random numbers that are the same each run,
- * and the shared assets where they are at hand. */
+/* For tests of scene, animation, hierarchy and deform: models made in memory, random numbers that are the
+ * same each run, and the shared assets where they are at hand. */
 
 #include <math.h>
 #include <setjmp.h>
@@ -98,8 +98,10 @@ static inline kd_node_desc *fixture_nodes(kd_model *model, uint32_t count)
 static inline kd_primitive_desc fixture_primitive(kd_model *model, uint32_t vertices, uint32_t joints,
                                                   uint32_t morphs, uint64_t *random)
 {
-    kd_vec3 *positions = FIXTURE_NEW(model, kd_vec3, vertices), *normals = FIXTURE_NEW(model, kd_vec3, vertices);
-    kd_vec4 *tangents = FIXTURE_NEW(model, kd_vec4, vertices), *weights = FIXTURE_NEW(model, kd_vec4, vertices);
+    kd_vec3 *positions = FIXTURE_NEW(model, kd_vec3, vertices),
+            *normals = FIXTURE_NEW(model, kd_vec3, vertices);
+    kd_vec4 *tangents = FIXTURE_NEW(model, kd_vec4, vertices),
+            *weights = FIXTURE_NEW(model, kd_vec4, vertices);
     uint16_t(*slots)[4] = (uint16_t(*)[4])FIXTURE_NEW(model, uint16_t, 4 * vertices);
     uint32_t *indices = FIXTURE_NEW(model, uint32_t, 3 * vertices);
     kd_primitive_desc p = {.material = KD_NONE, .vertex_count = vertices, .index_count = 3 * vertices};
@@ -110,7 +112,8 @@ static inline kd_primitive_desc fixture_primitive(kd_model *model, uint32_t vert
         normals[v] = fixture_unit(random);
         kd_vec3 t = fixture_unit(random);
         tangents[v] = (kd_vec4){t.x, t.y, t.z, fixture_random(random) & 1 ? 1 : -1};
-        float w[4] = {fixture_float(random, 0.1f, 1), fixture_float(random, 0, 1), fixture_float(random, 0, 0.5f),
+        float w[4] = {fixture_float(random, 0.1f, 1), fixture_float(random, 0, 1),
+                      fixture_float(random, 0, 0.5f),
                       fixture_random(random) & 1 ? fixture_float(random, 0, 0.2f) : 0};
         float sum = w[0] + w[1] + w[2] + w[3];
         weights[v] = (kd_vec4){w[0] / sum, w[1] / sum, w[2] / sum, w[3] / sum};
@@ -123,7 +126,8 @@ static inline kd_primitive_desc fixture_primitive(kd_model *model, uint32_t vert
         p.bounds_max = (kd_vec3){fmaxf(p.bounds_max.x, positions[v].x), fmaxf(p.bounds_max.y, positions[v].y),
                                  fmaxf(p.bounds_max.z, positions[v].z)};
     }
-    kd_vec3 **dp = FIXTURE_NEW(model, kd_vec3 *, morphs + 1), **dn = FIXTURE_NEW(model, kd_vec3 *, morphs + 1);
+    kd_vec3 **dp = FIXTURE_NEW(model, kd_vec3 *, morphs + 1),
+            **dn = FIXTURE_NEW(model, kd_vec3 *, morphs + 1);
     for (uint32_t t = 0; t < morphs; t++) {
         dp[t] = FIXTURE_NEW(model, kd_vec3, vertices);
         dn[t] = t % 3 == 2 ? NULL : FIXTURE_NEW(model, kd_vec3, vertices); /* some targets bring no normals */
@@ -145,7 +149,8 @@ static inline kd_primitive_desc fixture_primitive(kd_model *model, uint32_t vert
     return p;
 }
 
-/* One mesh of `parts` primitives on node `joints`, skinned by nodes 0 … joints-1, which hang on random earlier ones. */
+/* One mesh of `parts` primitives on node `joints`, skinned by nodes 0 … joints-1, which hang on random
+ * earlier ones. */
 static inline kd_model *fixture_character(uint32_t parts, uint32_t vertices, uint32_t joints, uint32_t morphs,
                                           uint64_t seed)
 {
@@ -170,9 +175,11 @@ static inline kd_model *fixture_character(uint32_t parts, uint32_t vertices, uin
     for (uint32_t i = 0; i < parts; i++)
         primitives[i] = fixture_primitive(model, vertices + 7 * i, joints, morphs, &random);
     kd_mesh_desc *mesh = FIXTURE_NEW(model, kd_mesh_desc, 1);
-    *mesh = (kd_mesh_desc){.name = "mesh", .primitive_count = parts, .primitives = primitives, .morph_count = morphs};
+    *mesh = (kd_mesh_desc){
+        .name = "mesh", .primitive_count = parts, .primitives = primitives, .morph_count = morphs};
     kd_skin_desc *skin = FIXTURE_NEW(model, kd_skin_desc, 1);
-    *skin = (kd_skin_desc){.name = "skin", .joint_count = joints, .joints = numbers, .inverse_bind = inverse_bind};
+    *skin = (kd_skin_desc){
+        .name = "skin", .joint_count = joints, .joints = numbers, .inverse_bind = inverse_bind};
     model->meshes = mesh;
     model->mesh_count = 1;
     model->skins = skin;

@@ -1,6 +1,6 @@
-/* Morphs and skins the vertices of deforming instances: rest pose + weighted deltas, then linear blend skinning
- * into world space. Normals go by the cofactors of the blended matrix, so that uneven scale bends them rightly.
- * The same arithmetic, in the same order, as systems/deform/deform_reference.c. */
+/* Morphs and skins the vertices of deforming instances: rest pose + weighted deltas, then linear blend
+ * skinning into world space. Normals go by the cofactors of the blended matrix, so that uneven scale bends
+ * them rightly. The same arithmetic, in the same order, as systems/deform/deform_reference.c. */
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/scene.h"

@@ -21,8 +21,8 @@ static kd_mat4 local_matrix(const kd_transform *pose, const kd_local_matrix *mat
     return pose ? kd_mat4_from_trs(pose->position, pose->rotation, pose->scale) : KD_MAT4_IDENTITY;
 }
 
-/* World matrix of an entity's parent: that of the nearest ancestor that has one, times the poses between. Returns false
- * when no ancestor has either. */
+/* World matrix of an entity's parent: that of the nearest ancestor that has one, times the poses between.
+ * Returns false when no ancestor has either. */
 static bool parent_world(const kd_world *w, kd_entity parent, kd_mat4 *out)
 {
     bool found = false;
@@ -81,8 +81,8 @@ static void place_new(kd_system_context *c, kd_query *unplaced)
         for (uint32_t i = 0; i < it.count; i++) {
             kd_mat4 above;
             bool has_parent = parent_world(c->world, kd_get_parent(c->world, it.entities[i]), &above);
-            kd_world_transform world = {place(poses ? &poses[i] : NULL, matrices ? &matrices[i] : NULL,
-                                              has_parent ? &above : NULL)};
+            kd_world_transform world = {
+                place(poses ? &poses[i] : NULL, matrices ? &matrices[i] : NULL, has_parent ? &above : NULL)};
             kd_commands_set(c->commands, it.entities[i], (kd_value){&kd_world_transform_desc, &world});
         }
     }

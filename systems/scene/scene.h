@@ -1,9 +1,9 @@
 #ifndef KD_SYSTEMS_SCENE_SCENE_H
 #define KD_SYSTEMS_SCENE_SCENE_H
 
-/* Brings models into a world: registers their meshes, materials, skins and clips with the scene store and makes an
- * entity for every node. CPU only; system scene_upload takes what is new to the GPU in phase animate, so that what
- * a script has spawned is seen in the same frame. */
+/* Brings models into a world: registers their meshes, materials, skins and clips with the scene store and
+ * makes an entity for every node. CPU only; system scene_upload takes what is new to the GPU in phase
+ * animate, so that what a script has spawned is seen in the same frame. */
 
 #include "components/scene_store.h"
 #include "runtime/ecs/system.h"
@@ -17,9 +17,9 @@
 kd_status kd_scene_add_model(kd_world *w, kd_model *model, uint32_t *out);
 
 /** Make entities for all nodes of a registered model below one new root entity (parent may be KD_NO_ENTITY).
- *  The root carries kd_transform, kd_world_transform, kd_animation when the model has clips; nodes carry their
- *  parts: kd_mesh_instance, kd_skin_instance, kd_morph_weights, kd_light, kd_camera, name. The first clip plays,
- *  looped, until kd_scene_play or kd_animation.clip = 0 says otherwise. */
+ *  The root carries kd_transform, kd_world_transform, kd_animation when the model has clips; nodes carry
+ *  their parts: kd_mesh_instance, kd_skin_instance, kd_morph_weights, kd_light, kd_camera, name. The first
+ *  clip plays, looped, until kd_scene_play or kd_animation.clip = 0 says otherwise. */
 kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, const char *name,
                                kd_entity *root);
 
@@ -29,10 +29,9 @@ uint32_t kd_scene_add_material(kd_world *w, const kd_material_desc *desc);
 /** Give every mesh below `root` the material (kd_mesh_instance.material). */
 void kd_scene_override_material(kd_world *w, kd_entity root, uint32_t material);
 
-/** Play a clip of the instance by name (NULL or "": the first), blending from the one that runs over blend_s seconds.
- *  Errors KD_NOT_FOUND, the message lists the clips. */
-kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop, float speed,
-                        float blend_s);
+/** Play a clip of the instance by name (NULL or "": the first), blending from the one that runs over blend_s
+ *  seconds. Errors KD_NOT_FOUND, the message lists the clips. */
+kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop, float speed, float blend_s);
 
 /** Register systems scene_upload, draw_list, draw_upload and camera. */
 kd_status kd_scene_import(kd_schedule *s);

@@ -1,8 +1,9 @@
 /* The deform pass against its reference in C, and what scene_upload and draw_upload leave on the GPU.
  *
- * Tolerances: positions are sums of sixteen products of numbers below 100, in another order or fused: 2e-5 of the largest
- * number in them. Directions are rounded to 16 bits, so that an error in the last float place may turn one rounding; where
- * the blended matrix is nearly singular that error grows, so that the vectors' directions are compared there. */
+ * Tolerances: positions are sums of sixteen products of numbers below 100, in another order or fused: 2e-5 of
+ * the largest number in them. Directions are rounded to 16 bits, so that an error in the last float place may
+ * turn one rounding; where the blended matrix is nearly singular that error grows, so that the vectors'
+ * directions are compared there. */
 
 #include "tests/deform_fixture.h"
 
@@ -55,7 +56,8 @@ static int setup(void **state)
     }
     s->world = kd_world_make();
     s->schedule = kd_schedule_make(s->world, NULL, s->gpu);
-    kd_schedule_set_hooks(s->schedule, &(kd_schedule_hooks){.begin = note_system, .barrier = barrier, .user = s});
+    kd_schedule_set_hooks(s->schedule,
+                          &(kd_schedule_hooks){.begin = note_system, .barrier = barrier, .user = s});
     assert_int_equal(kd_animation_import(s->schedule), KD_OK);
     assert_int_equal(kd_hierarchy_import(s->schedule), KD_OK);
     assert_int_equal(kd_scene_import(s->schedule), KD_OK);
@@ -113,7 +115,8 @@ static kd_vec3 direction(const uint32_t *w)
                      (float)(int16_t)(w[1] & 0xffff) / 32767};
 }
 
-/* Two roundings to 16 bits differ by one step an axis: 5.3e-5 in all; 1e-3 leaves room for nearly flat matrices. */
+/* Two roundings to 16 bits differ by one step an axis: 5.3e-5 in all; 1e-3 leaves room for nearly flat
+ * matrices. */
 static void assert_direction(const uint32_t *gpu, const uint32_t *reference, float tolerance, uint32_t *off)
 {
     float d = kd_vec3_length(kd_vec3_sub(direction(gpu), direction(reference)));
@@ -131,7 +134,8 @@ static void assert_equal_streams(stage *s)
     for (uint32_t v = 0; v < store->vertex_count; v++)
         largest = fmaxf(largest, kd_vec3_length(deform_position(&expected, v)));
     for (uint32_t v = 0; v < store->vertex_count; v++) {
-        const uint32_t *g = got + (size_t)v * KD_GEOMETRY_WORDS, *e = expected.geometry + (size_t)v * KD_GEOMETRY_WORDS;
+        const uint32_t *g = got + (size_t)v * KD_GEOMETRY_WORDS,
+                       *e = expected.geometry + (size_t)v * KD_GEOMETRY_WORDS;
         kd_vec3 at;
         memcpy(&at, g, sizeof at);
         assert_true(kd_vec3_length(kd_vec3_sub(at, deform_position(&expected, v))) <= 2e-5f * largest);
@@ -176,7 +180,7 @@ static void gpu_equals_reference(void **state)
     stage *s = *state;
     uint64_t random = 21;
     static const uint32_t shapes[][4] = {/* parts, vertices, joints, morphs */
-                                         {1, 1, 1, 0},   {1, 63, 2, 0}, {2, 64, 5, 1}, {1, 65, 0, 1},
+                                         {1, 1, 1, 0},    {1, 63, 2, 0},    {2, 64, 5, 1}, {1, 65, 0, 1},
                                          {3, 500, 40, 3}, {1, 900, 200, 0}, {2, 300, 0, 9}};
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++)
         spawn(s, fixture_character(shapes[i][0], shapes[i][1], shapes[i][2], shapes[i][3], 100 + i));
@@ -199,7 +203,8 @@ static void instances_of_one_model_go_apart(void **state)
     assert_int_equal(kd_scene_add_model(s->world, fixture_character(1, 100, 4, 0, 8), &number), KD_OK);
     assert_int_equal(kd_scene_instantiate(s->world, number, KD_NO_ENTITY, "a", &a), KD_OK);
     frame(s);
-    assert_int_equal(kd_scene_instantiate(s->world, number, KD_NO_ENTITY, "b", &b), KD_OK); /* the buffers grow */
+    assert_int_equal(kd_scene_instantiate(s->world, number, KD_NO_ENTITY, "b", &b),
+                     KD_OK); /* the buffers grow */
     kd_find_mut(s->world, b, kd_transform)->position.x = 50;
     frame(s);
     assert_equal_streams(s);
@@ -251,7 +256,8 @@ static void draw_list_arrives_as_it_is_on_the_cpu(void **state)
             assert_int_equal(ids[i], i);
             assert_int_equal(objects[i].info.z, e.index);
             assert_int_equal(objects[i].info.y, (i >= list->batches[1].first_draw ? KD_OBJECT_MIRRORED : 0));
-            assert_memory_equal(objects[i].model_ws.m, kd_find(s->world, e, kd_world_transform)->matrix.m, 64);
+            assert_memory_equal(objects[i].model_ws.m, kd_find(s->world, e, kd_world_transform)->matrix.m,
+                                64);
             assert_float_equal(objects[i].normal_ws[1].y, 0.5f, 1e-6f); /* inverse of the scale 2 along y */
             assert_memory_equal(&args[i], &list->draws[i].args, sizeof args[i]);
         }
@@ -264,7 +270,8 @@ static void draw_list_arrives_as_it_is_on_the_cpu(void **state)
 static void textures_are_made_once_for_each_way_of_reading(void **state)
 {
     stage *s = *state;
-    static const uint8_t pixels[2 * 2 * 4] = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 255};
+    static const uint8_t pixels[2 * 2 * 4] = {255, 0, 0,   255, 0,   255, 0,   255,
+                                              0,   0, 255, 255, 255, 255, 255, 255};
     uint64_t random = 2;
     kd_model *model = fixture_model();
     kd_image *image = FIXTURE_NEW(model, kd_image, 1);

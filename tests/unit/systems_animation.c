@@ -19,8 +19,12 @@ static float sample_x(const kd_channel_desc *channel, float t)
 static void step_holds_a_key_until_the_next(void **state)
 {
     static const float times[] = {0, 1, 2}, values[] = {10, 0, 0, 20, 0, 0, 30, 0, 0};
-    const kd_channel_desc c = {.path = KD_PATH_TRANSLATION, .interpolation = KD_INTERPOLATE_STEP, .key_count = 3,
-                               .width = 3, .times = times, .values = values};
+    const kd_channel_desc c = {.path = KD_PATH_TRANSLATION,
+                               .interpolation = KD_INTERPOLATE_STEP,
+                               .key_count = 3,
+                               .width = 3,
+                               .times = times,
+                               .values = values};
     (void)state;
     assert_float_equal(sample_x(&c, -1), 10, 0);
     assert_float_equal(sample_x(&c, 0.5f), 10, 0);
@@ -33,8 +37,12 @@ static void step_holds_a_key_until_the_next(void **state)
 static void linear_meets_keys_and_goes_straight_between(void **state)
 {
     static const float times[] = {1, 2, 4}, values[] = {10, 0, 0, 20, 0, 0, 40, 0, 0};
-    const kd_channel_desc c = {.path = KD_PATH_SCALE, .interpolation = KD_INTERPOLATE_LINEAR, .key_count = 3,
-                               .width = 3, .times = times, .values = values};
+    const kd_channel_desc c = {.path = KD_PATH_SCALE,
+                               .interpolation = KD_INTERPOLATE_LINEAR,
+                               .key_count = 3,
+                               .width = 3,
+                               .times = times,
+                               .values = values};
     (void)state;
     assert_float_equal(sample_x(&c, 0), 10, 0);
     assert_float_equal(sample_x(&c, 1.25f), 12.5f, EPSILON);
@@ -47,8 +55,12 @@ static void rotation_takes_the_short_way(void **state)
 {
     const float s = 0.70710678f; /* a quarter turn about y, and the same one with its sign turned */
     const float times[] = {0, 1}, there[] = {0, 0, 0, 1, 0, s, 0, s}, turned[] = {0, 0, 0, 1, 0, -s, 0, -s};
-    kd_channel_desc c = {.path = KD_PATH_ROTATION, .interpolation = KD_INTERPOLATE_LINEAR, .key_count = 2,
-                         .width = 4, .times = times, .values = there};
+    kd_channel_desc c = {.path = KD_PATH_ROTATION,
+                         .interpolation = KD_INTERPOLATE_LINEAR,
+                         .key_count = 2,
+                         .width = 4,
+                         .times = times,
+                         .values = there};
     (void)state;
     for (int k = 0; k < 2; k++) {
         float q[4];
@@ -71,15 +83,19 @@ static void nearly_equal_rotations_stay_unit(void **state)
     assert_float_equal(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w, 1, EPSILON);
 }
 
-/* Interval 2 s, values 1 and 3, leaving with 4 per second, arriving with -2 per second. In the middle the Hermite weights
- * are 1/2, 1/8, 1/2, -1/8: 0.5*1 + 0.125*2*4 + 0.5*3 - 0.125*2*(-2) = 3.5. At a quarter: 27/32, 9/64, 5/32, -3/64:
- * 0.84375 + 0.140625*8 + 0.46875 + 0.046875*4 = 2.625. */
+/* Interval 2 s, values 1 and 3, leaving with 4 per second, arriving with -2 per second. In the middle the
+ * Hermite weights are 1/2, 1/8, 1/2, -1/8: 0.5*1 + 0.125*2*4 + 0.5*3 - 0.125*2*(-2) = 3.5. At a quarter:
+ * 27/32, 9/64, 5/32, -3/64: 0.84375 + 0.140625*8 + 0.46875 + 0.046875*4 = 2.625. */
 static void cubic_scales_tangents_by_the_interval(void **state)
 {
     static const float times[] = {1, 3};
     static const float values[] = {99, 0, 0, 1, 0, 0, 4, 0, 0, -2, 0, 0, 3, 0, 0, 99, 0, 0};
-    const kd_channel_desc c = {.path = KD_PATH_TRANSLATION, .interpolation = KD_INTERPOLATE_CUBIC, .key_count = 2,
-                               .width = 3, .times = times, .values = values};
+    const kd_channel_desc c = {.path = KD_PATH_TRANSLATION,
+                               .interpolation = KD_INTERPOLATE_CUBIC,
+                               .key_count = 2,
+                               .width = 3,
+                               .times = times,
+                               .values = values};
     (void)state;
     assert_float_equal(sample_x(&c, 0), 1, 0);
     assert_float_equal(sample_x(&c, 1), 1, 0);
@@ -92,9 +108,14 @@ static void cubic_scales_tangents_by_the_interval(void **state)
 static void cubic_rotation_is_unit(void **state)
 {
     static const float times[] = {0, 1};
-    static const float values[] = {0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0.6f, 0, 0.8f, 0, 0, 0, 0};
-    const kd_channel_desc c = {.path = KD_PATH_ROTATION, .interpolation = KD_INTERPOLATE_CUBIC, .key_count = 2,
-                               .width = 4, .times = times, .values = values};
+    static const float values[] = {0, 0, 0, 0, 0, 0,    0, 1,    0, 1, 0, 0,
+                                   0, 1, 0, 0, 0, 0.6f, 0, 0.8f, 0, 0, 0, 0};
+    const kd_channel_desc c = {.path = KD_PATH_ROTATION,
+                               .interpolation = KD_INTERPOLATE_CUBIC,
+                               .key_count = 2,
+                               .width = 4,
+                               .times = times,
+                               .values = values};
     (void)state;
     for (float t = 0; t <= 1; t += 0.125f) {
         float q[4];
@@ -106,8 +127,12 @@ static void cubic_rotation_is_unit(void **state)
 static void one_key_is_held(void **state)
 {
     static const float times[] = {0.5f}, values[] = {7, 0, 0};
-    const kd_channel_desc c = {.path = KD_PATH_TRANSLATION, .interpolation = KD_INTERPOLATE_LINEAR, .key_count = 1,
-                               .width = 3, .times = times, .values = values};
+    const kd_channel_desc c = {.path = KD_PATH_TRANSLATION,
+                               .interpolation = KD_INTERPOLATE_LINEAR,
+                               .key_count = 1,
+                               .width = 3,
+                               .times = times,
+                               .values = values};
     (void)state;
     assert_float_equal(sample_x(&c, 0), 7, 0);
     assert_float_equal(sample_x(&c, 0.5f), 7, 0);
@@ -129,8 +154,9 @@ static void wrap_loops_and_holds(void **state)
 
 /* ---- the system ---- */
 
-/* Node 0 goes along x from 0 to 4 in clip "walk" (1 s), node 1 stands at y = 8 in clip "jump" (1 s); clip "smile" brings
- * the two weights of node 2 from (0, 1) to (1, 0). At rest all nodes are at the origin, the weights at (0.5, 0.25). */
+/* Node 0 goes along x from 0 to 4 in clip "walk" (1 s), node 1 stands at y = 8 in clip "jump" (1 s); clip
+ * "smile" brings the two weights of node 2 from (0, 1) to (1, 0). At rest all nodes are at the origin, the
+ * weights at (0.5, 0.25). */
 static kd_model *make_model(void)
 {
     static const float times[] = {0, 1}, walk[] = {0, 0, 0, 4, 0, 0}, jump[] = {0, 8, 0, 0, 8, 0};
@@ -150,8 +176,11 @@ static kd_model *make_model(void)
     kd_primitive_desc *primitive = FIXTURE_NEW(model, kd_primitive_desc, 1);
     *primitive = fixture_primitive(model, 12, 0, 2, &random);
     kd_mesh_desc *mesh = FIXTURE_NEW(model, kd_mesh_desc, 1);
-    *mesh = (kd_mesh_desc){
-        .name = "face", .primitive_count = 1, .primitives = primitive, .morph_count = 2, .morph_weights = rest};
+    *mesh = (kd_mesh_desc){.name = "face",
+                           .primitive_count = 1,
+                           .primitives = primitive,
+                           .morph_count = 2,
+                           .morph_weights = rest};
     model->meshes = mesh;
     model->mesh_count = 1;
     model->clips = clips;
@@ -233,8 +262,8 @@ static void negative_speed_plays_backwards(void **state)
 {
     static const float x[] = {1, 0, 3, 2};
     stage *s = *state;
-    *kd_find_mut(s->world, s->root, kd_animation) = (kd_animation){
-        .clip = 1, .model = s->model + 1, .speed = -1, .loop = true, .time_s = 0.25f};
+    *kd_find_mut(s->world, s->root, kd_animation) =
+        (kd_animation){.clip = 1, .model = s->model + 1, .speed = -1, .loop = true, .time_s = 0.25f};
     for (int i = 0; i < 4; i++)
         assert_float_equal(step(s, 0).x, x[i], EPSILON);
 }
@@ -252,8 +281,9 @@ static void paused_and_stopped_hold_the_pose(void **state)
     assert_float_equal(step(s, 0).x, 77, 0);
 }
 
-/* Shown so far: times 0 and 0.25, so 0.5 comes next (x = 2). Over 0.5 s in steps of 0.25 the old clip weighs 1, 1/2, 0, at
- * its times 0.5, 0.75: x = 2, then (0 at rest + 3) / 2, then 0. The new one stands at y = 8, from the rest pose's 0. */
+/* Shown so far: times 0 and 0.25, so 0.5 comes next (x = 2). Over 0.5 s in steps of 0.25 the old clip weighs
+ * 1, 1/2, 0, at its times 0.5, 0.75: x = 2, then (0 at rest + 3) / 2, then 0. The new one stands at y = 8,
+ * from the rest pose's 0. */
 static void cross_fade_goes_from_the_old_clip_to_the_new(void **state)
 {
     static const float x[] = {2, 1.5f, 0, 0}, y[] = {0, 4, 8, 8};
@@ -290,7 +320,8 @@ static void weights_follow_their_channel_and_fade(void **state)
         assert_float_equal(w->weights[0], first[i], EPSILON);
         assert_float_equal(w->weights[1], second[i], EPSILON);
     }
-    /* Next comes 0.75: (0.75, 0.25). Faded half towards the rest (0.5, 0.25) in the second frame, at time 0 of the loop:
+    /* Next comes 0.75: (0.75, 0.25). Faded half towards the rest (0.5, 0.25) in the second frame, at time 0
+     * of the loop:
      * ((0 + 0.5) / 2, (1 + 0.25) / 2); at the end the rest itself. */
     assert_int_equal(kd_scene_play(s->world, s->root, "walk", true, 1, 0.5f), KD_OK);
     static const float out0[] = {0.75f, 0.25f, 0.5f}, out1[] = {0.25f, 0.625f, 0.25f};

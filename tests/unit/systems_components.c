@@ -17,9 +17,9 @@ enum { COUNT = sizeof all / sizeof *all };
 /* Bytes of one element, as runtime/ecs/component.h states them. */
 static uint32_t element_size(const kd_field *f)
 {
-    static const uint32_t sizes[] = {[KD_BOOL] = 1,  [KD_I32] = 4,   [KD_U32] = 4,   [KD_F32] = 4,
-                                     [KD_VEC2] = 8,  [KD_VEC3] = 12, [KD_VEC4] = 16, [KD_QUAT] = 16,
-                                     [KD_MAT4] = 64, [KD_COLOR] = 12, [KD_ENUM] = 4, [KD_ENTITY] = 8};
+    static const uint32_t sizes[] = {
+        [KD_BOOL] = 1,  [KD_I32] = 4,   [KD_U32] = 4,   [KD_F32] = 4,    [KD_VEC2] = 8, [KD_VEC3] = 12,
+        [KD_VEC4] = 16, [KD_QUAT] = 16, [KD_MAT4] = 64, [KD_COLOR] = 12, [KD_ENUM] = 4, [KD_ENTITY] = 8};
     return f->type == KD_STRING ? f->size : sizes[f->type];
 }
 

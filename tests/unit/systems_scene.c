@@ -1,4 +1,5 @@
-/* The store, instances and the draw list, without a GPU: the test itself says that everything has been uploaded. */
+/* The store, instances and the draw list, without a GPU: the test itself says that everything has been
+ * uploaded. */
 
 #include "tests/deform_fixture.h"
 
@@ -72,7 +73,8 @@ static kd_model *box(kd_alpha_mode mode)
 static void ranges_of_models_follow_each_other(void **state)
 {
     stage *s = *state;
-    uint32_t a = add(s, fixture_character(2, 10, 3, 0, 1)); /* primitives of 10 and 17 vertices, 30 and 51 indices */
+    uint32_t a =
+        add(s, fixture_character(2, 10, 3, 0, 1)); /* primitives of 10 and 17 vertices, 30 and 51 indices */
     uint32_t b = add(s, fixture_character(1, 20, 0, 2, 2)); /* one of 20, morphing */
     const kd_scene_store *store = kd_singleton(s->world, kd_scene_store);
     assert_int_equal(store->models[a].first_mesh, 0);
@@ -88,7 +90,8 @@ static void ranges_of_models_follow_each_other(void **state)
     assert_int_equal(store->vertex_count, 47);
     assert_int_equal(store->skin_vertex_count, 27);
     assert_int_equal(store->morph_vertex_count, 40);
-    assert_int_equal(store->triangle_count, 47); /* a third of the indices, of which there are three a vertex */
+    assert_int_equal(store->triangle_count,
+                     47); /* a third of the indices, of which there are three a vertex */
     assert_true(store->meshes[0].skinned && !store->meshes[1].skinned);
     assert_int_equal(store->primitives[0].material, 0); /* none of its own: the default one */
 }
@@ -145,7 +148,8 @@ static void overridden_material_reaches_every_mesh_below(void **state)
 static void draws_are_sorted_and_batched(void **state)
 {
     stage *s = *state;
-    uint32_t blend = add(s, box(KD_ALPHA_BLEND)), mask = add(s, box(KD_ALPHA_MASK)), opaque = add(s, box(KD_ALPHA_OPAQUE));
+    uint32_t blend = add(s, box(KD_ALPHA_BLEND)), mask = add(s, box(KD_ALPHA_MASK)),
+             opaque = add(s, box(KD_ALPHA_OPAQUE));
     kd_entity roots[7];
     for (int i = 0; i < 7; i++)
         roots[i] = spawn(s, i % 3 == 0 ? blend : i % 3 == 1 ? mask : opaque);
@@ -185,8 +189,8 @@ static void hidden_and_new_meshes_are_left_out(void **state)
     assert_int_equal(frame(s)->draw_count, 2);
 }
 
-/* A box of edge 2 about the origin, turned by 45 degrees about y, scaled by 2 and moved to x = 10: its corners are at
- * 10 ± 2 sqrt 2 in x and ± 2 sqrt 2 in z, ± 2 in y. */
+/* A box of edge 2 about the origin, turned by 45 degrees about y, scaled by 2 and moved to x = 10: its
+ * corners are at 10 ± 2 sqrt 2 in x and ± 2 sqrt 2 in z, ± 2 in y. */
 static void rigid_bounds_hold_the_turned_box(void **state)
 {
     stage *s = *state;
@@ -208,8 +212,9 @@ static bool inside(kd_vec3 p, const kd_draw *d)
            p.x <= d->bounds_max_ws.x && p.y <= d->bounds_max_ws.y && p.z <= d->bounds_max_ws.z;
 }
 
-/* Each vertex as the reference leaves it lies in the bounds of its draw; and these are no larger than they need be by more
- * than the sum of the vertices' reach: at most `slack` times the box of the vertices themselves. */
+/* Each vertex as the reference leaves it lies in the bounds of its draw; and these are no larger than they
+ * need be by more than the sum of the vertices' reach: at most `slack` times the box of the vertices
+ * themselves. */
 static void assert_bounds(stage *s, float slack)
 {
     const kd_draw_list *list = frame(s);
@@ -297,7 +302,8 @@ static void camera_looks_along_its_minus_z(void **state)
     off.inactive = true;
     const kd_transform pose = {{1, 2, 3}, {0, quarter, 0, quarter}, {5, 5, 5}};
     const kd_value unused[] = {{&kd_camera_desc, &off}, {&kd_world_transform_desc, NULL}};
-    const kd_value used[] = {{&kd_camera_desc, &lens}, {&kd_transform_desc, &pose}, {&kd_world_transform_desc, NULL}};
+    const kd_value used[] = {
+        {&kd_camera_desc, &lens}, {&kd_transform_desc, &pose}, {&kd_world_transform_desc, NULL}};
     kd_spawn_values(s->world, unused, 2);
     kd_spawn_values(s->world, used, 3);
     kd_frame *f = kd_singleton(s->world, kd_frame);
@@ -308,7 +314,8 @@ static void camera_looks_along_its_minus_z(void **state)
     assert_float_equal(view->forward_ws.x, -1, 1e-6f);
     assert_float_equal(view->position_ws.y, 2, 0);
     assert_float_equal(view->tan_half_fov_y, 0.41421356f, 1e-6f); /* tan 22.5 degrees */
-    /* Ten metres ahead, at the upper edge: half height 10 tan 22.5, so clip y / w is 1; z / w between -1 and 1. */
+    /* Ten metres ahead, at the upper edge: half height 10 tan 22.5, so clip y / w is 1; z / w between -1
+     * and 1. */
     const float p[4] = {1 - 10, 2 + 10 * 0.41421356f, 3, 1};
     float clip[4];
     for (int r = 0; r < 4; r++) {
@@ -322,7 +329,8 @@ static void camera_looks_along_its_minus_z(void **state)
     assert_true(clip[2] / clip[3] > -1 && clip[2] / clip[3] < 1);
     kd_mat4 one = kd_mat4_mul(&view->view_projection, &view->inverse_view_projection);
     for (int i = 0; i < 16; i++)
-        assert_float_equal(one.m[i], (i % 5 == 0 ? 1 : 0), 1e-3f); /* near 0.05 and far 200: numbers up to 4000 cancel */
+        assert_float_equal(one.m[i], (i % 5 == 0 ? 1 : 0),
+                           1e-3f); /* near 0.05 and far 200: numbers up to 4000 cancel */
 }
 
 #define STAGED(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
@@ -330,16 +338,11 @@ static void camera_looks_along_its_minus_z(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        STAGED(ranges_of_models_follow_each_other),
-        STAGED(deformed_instances_get_vertices_of_their_own),
-        STAGED(packed_weights_sum_to_one),
-        STAGED(overridden_material_reaches_every_mesh_below),
-        STAGED(draws_are_sorted_and_batched),
-        STAGED(hidden_and_new_meshes_are_left_out),
-        STAGED(rigid_bounds_hold_the_turned_box),
-        STAGED(skinned_bounds_are_conservative),
-        STAGED(morph_bounds_are_conservative),
-        STAGED(one_joint_moves_its_mesh_exactly),
+        STAGED(ranges_of_models_follow_each_other), STAGED(deformed_instances_get_vertices_of_their_own),
+        STAGED(packed_weights_sum_to_one),          STAGED(overridden_material_reaches_every_mesh_below),
+        STAGED(draws_are_sorted_and_batched),       STAGED(hidden_and_new_meshes_are_left_out),
+        STAGED(rigid_bounds_hold_the_turned_box),   STAGED(skinned_bounds_are_conservative),
+        STAGED(morph_bounds_are_conservative),      STAGED(one_joint_moves_its_mesh_exactly),
         STAGED(camera_looks_along_its_minus_z),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-/* Models from files: made into entities, played for a while, and drawn within bounds that hold every vertex. */
+/* Models from files: made into entities, played for a while, and drawn within bounds that hold every vertex.
+ */
 
 #include "tests/deform_fixture.h"
 
@@ -44,10 +45,13 @@ static void end(stage *s)
 static uint32_t vertices_outside(kd_world *w, const kd_draw *d, const deform_picture *picture)
 {
     const kd_scene_store *store = kd_singleton(w, kd_scene_store);
-    const kd_store_primitive *p = d->deformed ? &store->deformed_primitives[d->primitive] : &store->primitives[d->primitive];
+    const kd_store_primitive *p =
+        d->deformed ? &store->deformed_primitives[d->primitive] : &store->primitives[d->primitive];
     bool skinned = d->deformed && p->first_skin_vertex != KD_NONE;
     const kd_mat4 *world = &kd_find(w, d->entity, kd_world_transform)->matrix;
-    float slack = 1e-5f * (1 + kd_vec3_length(d->bounds_max_ws)); /* a box turned as a whole rounds otherwise than its vertices */
+    float slack =
+        1e-5f * (1 + kd_vec3_length(
+                         d->bounds_max_ws)); /* a box turned as a whole rounds otherwise than its vertices */
     uint32_t outside = 0;
     for (uint32_t v = 0; v < p->vertex_count; v++) {
         kd_vec3 at = deform_position(picture, p->base_vertex + v);
@@ -59,7 +63,8 @@ static uint32_t vertices_outside(kd_world *w, const kd_draw *d, const deform_pic
     return outside;
 }
 
-/* Play `frames` steps; every vertex of every draw lies within its bounds. Returns in how many steps something moved. */
+/* Play `frames` steps; every vertex of every draw lies within its bounds. Returns in how many steps something
+ * moved. */
 static uint32_t play(stage *s, uint32_t frames)
 {
     uint64_t last = 0;
@@ -72,7 +77,8 @@ static uint32_t play(stage *s, uint32_t frames)
         for (uint32_t i = 0; i < list->draw_count; i++)
             assert_int_equal(vertices_outside(s->world, &list->draws[i], &picture), 0);
         deform_picture_free(&picture);
-        kd_find_mut(s->world, s->root, kd_animation)->blend_left_s = 0; /* the time itself must not count as motion */
+        kd_find_mut(s->world, s->root, kd_animation)->blend_left_s =
+            0; /* the time itself must not count as motion */
         kd_animation kept = *kd_find(s->world, s->root, kd_animation);
         kd_find_mut(s->world, s->root, kd_animation)->time_s = 0;
         uint64_t sum = kd_world_checksum(s->world);
@@ -93,7 +99,8 @@ static void cesium_man_walks(void **state)
     assert_int_equal(play(&s, 12), 11);
     /* A man of 1.5 m: his box is neither flat nor huge. */
     const kd_draw_list *list = kd_singleton(s.world, kd_draw_list);
-    assert_true(list->bounds_max_ws.y - list->bounds_min_ws.y > 1 && list->bounds_max_ws.y - list->bounds_min_ws.y < 4);
+    assert_true(list->bounds_max_ws.y - list->bounds_min_ws.y > 1 &&
+                list->bounds_max_ws.y - list->bounds_min_ws.y < 4);
     end(&s);
 }
 
@@ -103,7 +110,8 @@ static void robot_plays_each_of_its_clips(void **state)
     (void)state;
     assert_true(s.model->clip_count > 2);
     for (uint32_t i = 0; i < s.model->clip_count; i++) {
-        assert_int_equal(kd_scene_play(s.world, s.root, s.model->clips[i].name, true, 1, i % 2 ? 0.2f : 0), KD_OK);
+        assert_int_equal(kd_scene_play(s.world, s.root, s.model->clips[i].name, true, 1, i % 2 ? 0.2f : 0),
+                         KD_OK);
         play(&s, 3);
     }
     assert_int_equal(kd_scene_play(s.world, s.root, "Robot_Dance", true, 1, 0), KD_OK);
@@ -135,9 +143,9 @@ static void morph_cubes_change_shape(void **state)
     end(&s);
 }
 
-/* SimpleSkin: joints at (0, 1, 0), inverse binds that move by (-0.5, -1, 0). At rest everything moves by (-0.5, 0, 0);
- * after one second the second joint is turned by 90 degrees about z, so that the vertex at (0, 2, 0), which hangs on it
- * alone, goes to (-0.5, 1, 0), turned to (-1, -0.5, 0), and ends at (-1, 0.5, 0). */
+/* SimpleSkin: joints at (0, 1, 0), inverse binds that move by (-0.5, -1, 0). At rest everything moves by
+ * (-0.5, 0, 0); after one second the second joint is turned by 90 degrees about z, so that the vertex at (0,
+ * 2, 0), which hangs on it alone, goes to (-0.5, 1, 0), turned to (-1, -0.5, 0), and ends at (-1, 0.5, 0). */
 static void simple_skin_bends(void **state)
 {
     static const kd_vec3 bind[] = {{0, 0, 0}, {0, 2, 0}};
@@ -166,8 +174,8 @@ static void simple_skin_bends(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cesium_man_walks),         cmocka_unit_test(robot_plays_each_of_its_clips),
-        cmocka_unit_test(truck_turns_its_wheels),   cmocka_unit_test(morph_cubes_change_shape),
+        cmocka_unit_test(cesium_man_walks),       cmocka_unit_test(robot_plays_each_of_its_clips),
+        cmocka_unit_test(truck_turns_its_wheels), cmocka_unit_test(morph_cubes_change_shape),
         cmocka_unit_test(simple_skin_bends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
