@@ -7,21 +7,21 @@ kandil.spawn { name = "room", model = "assets/cornell.gltf" }
 kandil.spawn {
     name = "camera",
     camera = { fov_y_deg = 40 },
-    transform = { position = {0, 1, 3.5}, look_at = {0, 0.95, 0} },
+    transform = { position = {0, 1, 3.3}, look_at = {0, 0.93, 0} },
 }
 
 -- The dragon. Its walk carries the feet at 0.4 m/s: moved at this speed they do not slide.
 local walk_speed = 0.4
-local start = {-0.60, 0, -0.55}
+local start = {-0.62, 0, -0.60}
 local walker = kandil.spawn {
     name = "walker",
     model = "assets/walker.gltf",
     animation = { clip = "walk", loop = true },
-    transform = { position = start, rotation_deg = {0, 10, 0} },
+    transform = { position = start, rotation_deg = {0, 5, 0} },
 }
 
 -- Its heading at some times, in degrees: 0 is towards the camera, 90 towards the green wall.
-local headings = { {0, 10}, {1.0, 25}, {2.2, 100}, {3.0, 85}, {4.0, 25} }
+local headings = { {0, 5}, {1.0, 15}, {2.0, 75}, {2.6, 70}, {3.6, -15}, {4.0, -15} }
 
 local function heading_at(t)
     for i = 2, #headings do
@@ -39,7 +39,7 @@ local ball = kandil.spawn {
     name = "ball",
     mesh = { shape = "sphere", size = {0.5, 0.5, 0.5} },
     material = { base_color = {0.95, 0.90, 0.80}, metallic = 1, roughness = 0.2 },
-    transform = { position = {0.50, 0.27, -0.45} },
+    transform = { position = {0.60, 0.27, -0.45} },
 }
 for i = 0, 5 do
     local a = i * math.pi / 3
@@ -52,7 +52,7 @@ for i = 0, 5 do
 end
 
 -- The lamp hangs from a hook that rolls along the ceiling: a shade, a bulb that glows, and the light itself.
-local hook = kandil.spawn { name = "hook", transform = { position = {0, 1.98, 0.1} } }
+local hook = kandil.spawn { name = "hook", transform = { position = {0, 1.98, 0.4} } }
 kandil.spawn {
     name = "cord",
     parent = hook,
@@ -71,8 +71,8 @@ kandil.spawn { -- below the bulb, so that the bulb does not shadow it; a light s
     name = "lamp",
     parent = hook,
     light = {
-        type = "spot", color = {1, 0.88, 0.68}, intensity = 20, range = 6,
-        inner_cone_deg = 35, outer_cone_deg = 62,
+        type = "spot", color = {1, 0.88, 0.68}, intensity = 16, range = 6,
+        inner_cone_deg = 40, outer_cone_deg = 80,
     },
     transform = { position = {0, -0.42, 0}, rotation_deg = {-90, 0, 0} },
 }
@@ -88,6 +88,6 @@ function kandil.update(t, dt)
 
     ball:set("transform.rotation_deg", {12, 120 * t, 0})
 
-    hook:set("transform.position", {0.30 * math.sin(math.pi * t / 2), 1.98, 0.1})
-    hook:set("transform.rotation_deg", {6 * math.sin(math.pi * t), 0, 16 * math.cos(math.pi * t)})
+    hook:set("transform.position", {0.30 * math.sin(math.pi * t / 2), 1.98, 0.4})
+    hook:set("transform.rotation_deg", {6 * math.sin(math.pi * t), 0, 14 * math.cos(math.pi * t)})
 end

@@ -1,5 +1,5 @@
 -- Emissive surfaces light a room without any lamp: two glowing balls circle in the dark box.
-kandil.scene { size = {640, 360}, fps = 24, seconds = 4, gi = "cones" }
+kandil.scene { size = {640, 360}, fps = 24, seconds = 4, gi = "cones", exposure_ev = 2 }
 
 kandil.spawn { model = "assets/cornell.gltf" }
 kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 1, 3.5}, look_at = {0, 0.95, 0} } }
