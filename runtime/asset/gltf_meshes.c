@@ -121,7 +121,9 @@ static kd_status load_primitive(gltf_loader *l, size_t mesh, const gltf_primitiv
     gltf_span span;
     gltf_selection selection = {0};
     uint32_t *triangles = NULL;
-    kd_status status = gltf_span_of(l, position, where, &span);
+    char position_where[96];
+    snprintf(position_where, sizeof position_where, "%s.POSITION", where);
+    kd_status status = gltf_span_of(l, position, position_where, &span);
     if (!status)
         status = make_triangles(l, p, where, span.count, &triangles, &selection.index_count);
     if (status || !selection.index_count)

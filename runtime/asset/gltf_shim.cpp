@@ -396,10 +396,12 @@ void parse(copier &to, gltf_document &out, const char *text, size_t size, const 
     copy_images(to, out, scan);
 }
 
-/* One line, without control characters, short enough for a terminal. */
+/* One line, without control characters and the parser's own numbering, short enough for a terminal. */
 void say(char *out, size_t size, const char *text)
 {
     size_t n = 0;
+    const char *numbering = text[0] == '[' ? std::strstr(text, "] ") : nullptr;
+    text = numbering ? numbering + 2 : text;
     for (; *text && *text != '\n' && n + 1 < size && n < 200; text++)
         out[n++] = static_cast<unsigned char>(*text) < 32 ? ' ' : *text;
     while (n && (out[n - 1] == ' ' || out[n - 1] == '.'))

@@ -351,7 +351,7 @@ static void broken_accessors_are_refused_by_name(void **state)
     load_bad(FILE_OF("{'mode':5,'attributes':{'POSITION':0}}", VEC3("0", "5"), VIEW("0", "60"), "60"), bad,
              60, KD_BAD_FORMAT, "not finite (meshes[0].primitives[0].POSITION, element 2)");
     load_bad(FILE_OF("{'mode':5,'attributes':{'POSITION':0}}", VEC3("0", "6"), VIEW("0", "60"), "60"), five,
-             60, KD_BAD_FORMAT, "beyond the buffer view (meshes[0].primitives[0], accessor 0)");
+             60, KD_BAD_FORMAT, "beyond the buffer view (meshes[0].primitives[0].POSITION, accessor 0)");
     load_bad(FILE_OF("{'mode':5,'attributes':{'POSITION':0}}", VEC3("0", "5"), VIEW("4", "60"), "60"), five,
              60, KD_BAD_FORMAT, "bufferViews[0]");
     load_bad(FILE_OF("{'mode':5,'attributes':{'POSITION':0}}", VEC3("0", "5"),
