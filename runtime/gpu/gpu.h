@@ -331,7 +331,8 @@ typedef struct kd_gpu_probe_row {
     int timestamp_bits;
     bool timer_works; /* a timed pass read a plausible duration */
 } kd_gpu_probe_row;
-/** Try every way to a context (each in turn, opened and closed). Returns rows written. */
+/** Try every way to a context (each in turn, opened and closed in a child process). Returns rows written.
+ *  Threading: before a device is opened in this process, as a child inherits a driver's state but not its threads. */
 uint32_t kd_gpu_probe(kd_gpu_probe_row *rows, uint32_t capacity);
 const char *kd_context_api_name(kd_context_api api);
 

@@ -172,7 +172,7 @@ static void uniforms_hold_many_blocks_of_a_frame_apart(void **state) {
     kd_gpu_buffer buffer = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizeof out, .zeroed = true});
     kd_gpu_bind_storage(gpu, 0, buffer);
     for (uint32_t frame = 0; frame < 8; frame++) {
-        const uint32_t kept[4] = {frame * 10};
+        const uint32_t kept[4] = {(frame + 1) * 10};
         kd_gpu_bind_uniform(gpu, 0, kept, sizeof kept);
         /* 6000 blocks of at least 64 bytes are more than the first ring of 256 KiB a frame holds. */
         for (uint32_t i = 0; i < COUNT; i++) {
@@ -183,7 +183,7 @@ static void uniforms_hold_many_blocks_of_a_frame_apart(void **state) {
         }
         kd_gpu_read_buffer(gpu, buffer, 0, out, sizeof out);
         for (uint32_t i = 499; i < COUNT; i += 500)
-            assert_int_equal(out[i], i + frame * 10);
+            assert_int_equal(out[i], i + (frame + 1) * 10);
         kd_gpu_end_frame(gpu);
     }
     fixture_assert_clean(gpu);
