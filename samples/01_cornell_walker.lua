@@ -52,7 +52,7 @@ for i = 0, 5 do
 end
 
 -- The lamp hangs from a hook that rolls along the ceiling: a shade, a bulb that glows, and the light itself.
-local hook = kandil.spawn { name = "hook", transform = { position = {0, 1.98, 0.4} } }
+local hook = kandil.spawn { name = "hook", transform = { position = {0, 1.98, 0.25} } }
 kandil.spawn {
     name = "cord",
     parent = hook,
@@ -88,6 +88,6 @@ function kandil.update(t, dt)
 
     ball:set("transform.rotation_deg", {12, 120 * t, 0})
 
-    hook:set("transform.position", {0.30 * math.sin(math.pi * t / 2), 1.98, 0.4})
+    hook:set("transform.position", {0.30 * math.sin(math.pi * t / 2), 1.98, 0.25})
     hook:set("transform.rotation_deg", {6 * math.sin(math.pi * t), 0, 14 * math.cos(math.pi * t)})
 end
