@@ -127,6 +127,7 @@ static kd_status load_file(gltf_loader *l, const char *uri, const char *where, c
         memcpy(copy, data, *size);
     free(data);
     *bytes = copy;
+    l->source_bytes += *size;
     return status;
 }
 

@@ -43,8 +43,10 @@ kd_status gltf_alloc(gltf_loader *l, kd_arena *arena, size_t count, size_t size,
     bool fits = !size || count <= GLTF_BYTES_MAX / size;
     if (fits)
         *spent += (uint64_t)count * size + LEAST_BYTES;
-    if (!fits || l->bytes + l->work_bytes > GLTF_BYTES_MAX)
-        return gltf_fail(l, KD_TOO_LARGE, "the model needs more than 2 GiB; split it");
+    if (!fits || l->bytes + l->work_bytes > l->limit)
+        return gltf_fail(l, KD_TOO_LARGE,
+                         "the model unfolds to more than %llu MiB from %llu KiB of files; split it",
+                         (unsigned long long)(l->limit >> 20), (unsigned long long)(l->source_bytes >> 10));
     memory = kd_arena_alloc(arena, count * size + 1);
     memcpy(out, &memory, sizeof memory);
     return memory ? KD_OK : gltf_fail(l, KD_NO_MEMORY, "out of memory for %zu bytes", count * size);

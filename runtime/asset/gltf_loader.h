@@ -9,6 +9,11 @@
 
 /* Everything a model may cost, files included: the loader's promise against runaway memory. */
 #define GLTF_BYTES_MAX ((uint64_t)2 << 30)
+/* What meshes and clips may unfold to from the bytes of the files: a quantised vertex of 8 bytes becomes some
+ * 80, a shared index of 2 bytes a vertex of its own. Small files get a floor. So a file of some lines cannot
+ * ask for gigabytes of zeros. */
+#define GLTF_UNFOLD_FACTOR 100u
+#define GLTF_UNFOLD_FLOOR  ((uint64_t)256 << 20)
 /* GPU index arithmetic and voxel caches count vertices of a primitive in 32 bits with room to spare. */
 #define GLTF_VERTICES_MAX (64u << 20)
 /* Joint indices are 16 bits wide in the file format. */
@@ -37,7 +42,9 @@ typedef struct gltf_loader {
     const char *path;
     kd_arena kept, scratch;     /* the model's memory; what ends with the load */
     kd_arena work;              /* what ends with a primitive */
-    uint64_t bytes, work_bytes; /* given out, together against GLTF_BYTES_MAX */
+    uint64_t bytes, work_bytes; /* given out, together against the limit */
+    uint64_t limit;             /* GLTF_BYTES_MAX, from the meshes on perhaps less */
+    uint64_t source_bytes;      /* of all files read */
     gltf_document doc;
     gltf_chunks chunks;
     kd_model *model;

@@ -104,12 +104,20 @@ static kd_status measure(gltf_loader *l)
     return KD_OK;
 }
 
+/* Files and pictures are in memory now: what follows unfolds them, in proportion to what they brought. */
+static kd_status set_limit(gltf_loader *l)
+{
+    uint64_t limit = l->bytes + GLTF_UNFOLD_FLOOR + GLTF_UNFOLD_FACTOR * l->source_bytes;
+    l->limit = limit < GLTF_BYTES_MAX ? limit : GLTF_BYTES_MAX;
+    return KD_OK;
+}
+
 static kd_status convert(gltf_loader *l)
 {
     static kd_status (*const steps[])(gltf_loader *) = {
-        check_version,       check_extensions, make_tables,       gltf_load_buffers,
-        gltf_load_materials, gltf_load_meshes, gltf_load_cameras, gltf_load_lights,
-        gltf_load_nodes,     gltf_load_skins,  gltf_load_clips,   measure,
+        check_version,   check_extensions, make_tables,       gltf_load_buffers, gltf_load_materials,
+        set_limit,       gltf_load_meshes, gltf_load_cameras, gltf_load_lights,  gltf_load_nodes,
+        gltf_load_skins, gltf_load_clips,  measure,
     };
     kd_status status = KD_OK;
     for (size_t i = 0; !status && i < sizeof steps / sizeof *steps; i++)
@@ -156,7 +164,7 @@ kd_status kd_model_load(const char *path, kd_model **out)
     kd_status status = kd_file_read(path, (size_t)GLTF_BYTES_MAX, &bytes, &size);
     if (status)
         return status;
-    gltf_loader l = {.path = path, .bytes = size};
+    gltf_loader l = {.path = path, .bytes = size, .limit = GLTF_BYTES_MAX, .source_bytes = size};
     l.kept.block_bytes = l.scratch.block_bytes = l.work.block_bytes = BLOCK_BYTES;
     status = load_bytes(&l, bytes, size);
     if (!status) {

@@ -248,6 +248,23 @@ static void costly_texts_are_refused(void **state)
     expect_refusal(repeat("{'asset':{'version':'2.0'},'scenes':[{}]", " ", 70u << 20, "}"), KD_TOO_LARGE);
 }
 
+/* An accessor without a view is zeros, which cost the file nothing: a short file must not unfold to
+ * gigabytes. */
+static void short_files_do_not_unfold_to_gigabytes(void **state)
+{
+    (void)state;
+    expect_refusal(repeat("{'asset':{'version':'2.0'},'nodes':[{'mesh':0}],'accessors':[{'componentType':"
+                          "5126,'type':'VEC3',"
+                          "'count':60000000}],'meshes':[{'primitives':[{'attributes':{'POSITION':0}}",
+                          "", 0, "]}]}"),
+                   KD_TOO_LARGE);
+    expect_refusal(repeat("{'asset':{'version':'2.0'},'nodes':[{'mesh':0}],'accessors':[{'componentType':"
+                          "5126,'type':'VEC3',"
+                          "'count':300000}],'meshes':[{'primitives':[{'attributes':{'POSITION':0}}",
+                          ",{'attributes':{'POSITION':0}}", 1000, "]}]}"),
+                   KD_TOO_LARGE);
+}
+
 /* `extras` may hold anything at any size: they are blanked, not parsed. */
 static void large_extras_cost_nothing(void **state)
 {
@@ -299,6 +316,7 @@ int main(void)
         cmocka_unit_test(bent_numbers_give_a_model_or_one_message),
         cmocka_unit_test(large_extras_cost_nothing),
         cmocka_unit_test(costly_texts_are_refused),
+        cmocka_unit_test(short_files_do_not_unfold_to_gigabytes),
         cmocka_unit_test(long_chains_of_nodes_do_not_recurse),
         cmocka_unit_test(files_that_are_no_files_give_one_message),
     };
