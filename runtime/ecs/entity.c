@@ -9,14 +9,11 @@
 /* ---- finding ---- */
 static inline bool locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row)
 {
-    if (e.index < w->head.entity_limit) {
-        ecs_record r = w->head.records[e.index];
-        if (!(r.table & ECS_DEAD)) {
-            *t = w->head.tables[r.table];
-            *row = r.row;
-            if (ecs_entities(*t)[r.row].generation == e.generation)
-                return true;
-        }
+    ecs_record r = e.index < w->head.entity_limit ? w->head.records[e.index] : 0;
+    if (ecs_record_generation(r) == e.generation && e.generation) {
+        *t = w->head.tables[ecs_record_table(r)];
+        *row = ecs_record_row(r);
+        return true;
     }
     if (e.generation & ECS_PENDING) {
         kd_entity known = ecs_commands_resolve(w, e);
@@ -86,30 +83,32 @@ static bool handles_reserve(kd_world *w, uint32_t n)
     if (n <= w->free_count)
         return true;
     uint64_t need = (uint64_t)w->head.entity_limit + (n - w->free_count);
-    return need < ECS_DEAD && ecs_reserve(w, &w->head.records, &w->record_capacity, w->head.entity_limit,
-                                          (uint32_t)need, sizeof *w->head.records);
+    return need <= ECS_ROW_MASK && ecs_reserve(w, &w->head.records, &w->record_capacity, w->head.entity_limit,
+                                               (uint32_t)need, sizeof *w->head.records);
 }
 
 /* The index freed last comes first; room was reserved. */
 static kd_entity handle_take(kd_world *w)
 {
     w->alive_count++;
-    if (w->free_first == ECS_NONE)
+    if (!w->free_count)
         return (kd_entity){w->head.entity_limit++, 1};
-    kd_entity e = {w->free_first, w->head.records[w->free_first].row};
-    uint32_t next = w->head.records[e.index].table & ~ECS_DEAD;
-    w->free_first = next == (ECS_NONE & ~ECS_DEAD) ? ECS_NONE : next;
+    ecs_record r = w->head.records[w->free_first];
+    kd_entity e = {w->free_first, ecs_record_table(r)};
+    w->free_first = ecs_record_row(r);
     w->free_count--;
     return e;
 }
 
 static void handle_give(kd_world *w, kd_entity e)
 {
-    uint32_t generation = (e.generation + 1) & ~ECS_PENDING;
-    w->head.records[e.index] = (ecs_record){ECS_DEAD | w->free_first, generation ? generation : 1};
+    w->alive_count--;
+    w->head.records[e.index] = 0;
+    if (e.generation == ECS_MAX_GENERATION)
+        return; /* all its handles were used: the index rests for ever */
+    w->head.records[e.index] = ecs_record_make(e.generation + 1, w->free_first, 0);
     w->free_first = e.index;
     w->free_count++;
-    w->alive_count--;
 }
 
 /* ---- spawn ---- */
@@ -163,38 +162,45 @@ static void write_row(kd_world *w, ecs_table *t, uint32_t row, const kd_componen
     }
 }
 
-kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count)
+/* Nodes for a parent and for the entity that will be made next. */
+static bool child_nodes_reserve(kd_world *w, uint32_t parent)
 {
-    ecs_table *t = table_of_ids(w, ids, count, 0);
+    uint32_t next = w->free_count ? w->free_first : w->head.entity_limit;
+    return ecs_hierarchy_reserve(w, next > parent ? next : parent);
+}
+
+static void child_link(kd_world *w, kd_entity e, kd_entity parent)
+{
+    ecs_parents(ecs_table_of(w, e.index))[ecs_row_of(w, e.index)] = parent;
+    ecs_hierarchy_link(w, e.index, parent.index);
+}
+
+static kd_entity spawn_ids_at(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count,
+                              uint32_t depth)
+{
+    ecs_table *t = table_of_ids(w, ids, count, depth);
     if (!t || !handles_reserve(w, 1) || !reserve_rows(w, t, 1, values, count))
         return KD_NO_ENTITY;
     kd_entity e = handle_take(w);
     uint32_t row = ecs_table_append(w, t, e, NULL, 0);
-    w->head.records[e.index] = (ecs_record){t->index, row};
+    ecs_place(w, e, t, row);
     write_row(w, t, row, ids, values, count);
     return e;
+}
+
+kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count)
+{
+    return spawn_ids_at(w, ids, values, count, 0);
 }
 
 static kd_entity spawn_child_ids(kd_world *w, kd_entity parent, const kd_component_id *ids,
                                  const void **values, uint32_t count)
 {
-    ecs_table *above;
-    uint32_t above_row;
-    if (!locate(w, parent, &above, &above_row) || above->depth == ECS_MAX_DEPTH)
-        return KD_NO_ENTITY;
-    parent = ecs_entities(above)[above_row];
-    ecs_table *t = table_of_ids(w, ids, count, above->depth + 1);
-    if (!t || !handles_reserve(w, 1) || !reserve_rows(w, t, 1, values, count))
-        return KD_NO_ENTITY;
-    uint32_t next = w->free_first == ECS_NONE ? w->head.entity_limit : w->free_first;
-    if (!ecs_hierarchy_reserve(w, next > parent.index ? next : parent.index))
-        return KD_NO_ENTITY;
-    kd_entity e = handle_take(w);
-    uint32_t row = ecs_table_append(w, t, e, NULL, 0);
-    w->head.records[e.index] = (ecs_record){t->index, row};
-    write_row(w, t, row, ids, values, count);
-    ecs_parents(t)[row] = parent;
-    ecs_hierarchy_link(w, e.index, parent.index);
+    kd_entity e = KD_NO_ENTITY;
+    if (child_nodes_reserve(w, parent.index))
+        e = spawn_ids_at(w, ids, values, count, kd_get_depth(w, parent) + 1);
+    if (e.generation)
+        child_link(w, e, parent);
     return e;
 }
 
@@ -212,20 +218,101 @@ static bool ids_of(kd_world *w, const kd_value *values, uint32_t count, kd_compo
     return true;
 }
 
-kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count)
+/* The general case: any number of values. */
+static kd_entity spawn_many(kd_world *w, kd_entity parent, const kd_value *values, uint32_t count)
 {
     kd_component_id ids[ECS_MAX_COMPONENTS];
     const void *from[ECS_MAX_COMPONENTS];
+    if (!ids_of(w, values, count, ids, from))
+        return KD_NO_ENTITY;
+    return parent.generation ? spawn_child_ids(w, parent, ids, from, count)
+                             : ecs_spawn_ids(w, ids, from, count);
+}
+
+static bool path_leads(const ecs_path *p, const kd_value *values, uint32_t count, uint32_t depth)
+{
+    if (!p->table || p->count != count || p->depth != depth)
+        return false;
+    for (uint32_t i = 0; i < count; i++)
+        if (p->descs[i] != values[i].desc)
+            return false;
+    return true;
+}
+
+static ecs_path *path_make(kd_world *w, ecs_path *p, const kd_value *values, uint32_t count, uint32_t depth)
+{
+    const void *from[ECS_PATH_VALUES];
+    *p = (ecs_path){.count = count, .depth = depth};
+    ecs_table *t = ids_of(w, values, count, p->ids, from) ? table_of_ids(w, p->ids, count, depth) : NULL;
+    for (uint32_t i = 0; i < count && t; i++) {
+        p->descs[i] = values[i].desc;
+        p->columns[i] = (uint16_t)t->column_of[p->ids[i]];
+    }
+    p->table = t;
+    return t ? p : NULL;
+}
+
+/* The path of these values at this depth; count is at most ECS_PATH_VALUES. Returns NULL when memory is out.
+ */
+static ecs_path *path_ensure(kd_world *w, const kd_value *values, uint32_t count, uint32_t depth)
+{
+    uint64_t hash = depth;
+    for (uint32_t i = 0; i < count; i++)
+        hash = (hash ^ (uint64_t)(uintptr_t)values[i].desc) * 0x9e3779b97f4a7c15u;
+    ecs_path *p = &w->paths[hash >> 58];
+    return path_leads(p, values, count, depth) ? p : path_make(w, p, values, count, depth);
+}
+
+static kd_entity spawn_on_path(kd_world *w, const ecs_path *p, const kd_value *values)
+{
+    const void *from[ECS_PATH_VALUES];
+    ecs_table *t = p->table;
+    for (uint32_t i = 0; i < p->count; i++)
+        from[i] = values[i].value;
+    if (!handles_reserve(w, 1) || !reserve_rows(w, t, 1, from, p->count))
+        return KD_NO_ENTITY;
+    kd_entity e = handle_take(w);
+    uint32_t row = ecs_table_append(w, t, e, NULL, 0);
+    ecs_place(w, e, t, row);
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (p->columns[i] == ECS_TAG_COLUMN)
+            continue;
+        const ecs_column *column = &t->columns[p->columns[i]];
+        void *to = column->data + (size_t)row * column->size;
+        if (from[i])
+            ecs_copy(to, from[i], column->size);
+        else
+            ecs_write_value(w, p->ids[i], to, NULL);
+    }
+    return e;
+}
+
+kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count)
+{
     ecs_structure_changed(w, "kd_spawn");
-    return ids_of(w, values, count, ids, from) ? ecs_spawn_ids(w, ids, from, count) : KD_NO_ENTITY;
+    if (count > ECS_PATH_VALUES)
+        return spawn_many(w, KD_NO_ENTITY, values, count);
+    const ecs_path *p = path_ensure(w, values, count, 0);
+    return p ? spawn_on_path(w, p, values) : KD_NO_ENTITY;
 }
 
 kd_entity kd_spawn_child_values(kd_world *w, kd_entity parent, const kd_value *values, uint32_t count)
 {
-    kd_component_id ids[ECS_MAX_COMPONENTS];
-    const void *from[ECS_MAX_COMPONENTS];
+    ecs_table *above;
+    uint32_t row;
+    if (!locate(w, parent, &above, &row) || above->depth == ECS_MAX_DEPTH)
+        return KD_NO_ENTITY;
+    parent = ecs_entities(above)[row];
     ecs_structure_changed(w, "kd_spawn_child");
-    return ids_of(w, values, count, ids, from) ? spawn_child_ids(w, parent, ids, from, count) : KD_NO_ENTITY;
+    if (count > ECS_PATH_VALUES)
+        return spawn_many(w, parent, values, count);
+    const ecs_path *p = path_ensure(w, values, count, above->depth + 1u);
+    if (!p || !child_nodes_reserve(w, parent.index))
+        return KD_NO_ENTITY;
+    kd_entity e = spawn_on_path(w, p, values);
+    if (e.generation)
+        child_link(w, e, parent);
+    return e;
 }
 
 static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uint32_t row, uint32_t n,
@@ -262,7 +349,7 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
     kd_entity *entities = ecs_entities(t);
     for (uint32_t row = first; row < first + n; row++) {
         entities[row] = handle_take(w);
-        w->head.records[entities[row].index] = (ecs_record){t->index, row};
+        ecs_place(w, entities[row], t, row);
     }
     ecs_table_stamp(w, t, first, n);
     for (uint32_t i = 0; i < component_count; i++)
@@ -299,10 +386,10 @@ void kd_destroy(kd_world *w, kd_entity e)
             at = child;
             continue;
         }
-        ecs_record r = w->head.records[at];
-        t = w->head.tables[r.table];
-        uint32_t parent = t->depth ? ecs_parents(t)[r.row].index : ECS_NONE;
-        destroy_one(w, ecs_entities(t)[r.row], t, r.row);
+        t = ecs_table_of(w, at);
+        row = ecs_row_of(w, at);
+        uint32_t parent = t->depth ? ecs_parents(t)[row].index : ECS_NONE;
+        destroy_one(w, ecs_entities(t)[row], t, row);
         if (at == root)
             return;
         at = parent;
@@ -314,7 +401,7 @@ static uint32_t move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to)
 {
     kd_entity e = ecs_entities(t)[row];
     uint32_t to_row = ecs_table_append(w, to, e, t, row);
-    w->head.records[e.index] = (ecs_record){to->index, to_row};
+    ecs_place(w, e, to, to_row);
     return to_row;
 }
 

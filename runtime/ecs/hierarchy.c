@@ -43,9 +43,8 @@ void ecs_hierarchy_unlink(kd_world *w, uint32_t child, uint32_t parent)
 
 static uint32_t parent_index(const kd_world *w, uint32_t index)
 {
-    ecs_record r = w->head.records[index];
-    const ecs_table *t = w->head.tables[r.table];
-    return t->depth ? ecs_parents(t)[r.row].index : ECS_NONE;
+    const ecs_table *t = ecs_table_of(w, index);
+    return t->depth ? ecs_parents(t)[ecs_row_of(w, index)].index : ECS_NONE;
 }
 
 /* The next entity of root's subtree in preorder, ECS_NONE at its end. */
@@ -64,7 +63,7 @@ static uint32_t subtree_next(const kd_world *w, uint32_t root, uint32_t at)
 
 static ecs_table *destination(kd_world *w, uint32_t index, uint32_t old_base, uint32_t new_base)
 {
-    const ecs_table *t = w->head.tables[w->head.records[index].table];
+    const ecs_table *t = ecs_table_of(w, index);
     return ecs_table_ensure(w, t->archetype, t->depth - old_base + new_base);
 }
 
@@ -74,7 +73,7 @@ static kd_status reserve_subtree(kd_world *w, uint32_t root, uint32_t old_base, 
     kd_status status = KD_OK;
     uint32_t reserved = 0;
     for (uint32_t at = root; at != ECS_NONE && !status; at = subtree_next(w, root, at)) {
-        const ecs_table *t = w->head.tables[w->head.records[at].table];
+        const ecs_table *t = ecs_table_of(w, at);
         bool too_deep = t->depth - old_base + (uint64_t)new_base > ECS_MAX_DEPTH;
         ecs_table *to = too_deep ? NULL : destination(w, at, old_base, new_base);
         if (too_deep) {
@@ -94,11 +93,11 @@ static kd_status reserve_subtree(kd_world *w, uint32_t root, uint32_t old_base, 
 static void move_subtree(kd_world *w, uint32_t root, uint32_t old_base, uint32_t new_base)
 {
     for (uint32_t at = root; at != ECS_NONE; at = subtree_next(w, root, at)) {
-        ecs_record r = w->head.records[at];
-        ecs_table *from = w->head.tables[r.table], *to = destination(w, at, old_base, new_base);
-        uint32_t row = ecs_table_append(w, to, ecs_entities(from)[r.row], from, r.row);
-        w->head.records[at] = (ecs_record){to->index, row};
-        ecs_table_remove(w, from, r.row);
+        ecs_table *from = ecs_table_of(w, at), *to = destination(w, at, old_base, new_base);
+        uint32_t from_row = ecs_row_of(w, at);
+        kd_entity e = ecs_entities(from)[from_row];
+        ecs_place(w, e, to, ecs_table_append(w, to, e, from, from_row));
+        ecs_table_remove(w, from, from_row);
     }
 }
 
@@ -138,10 +137,10 @@ kd_status kd_set_parent(kd_world *w, kd_entity child, kd_entity parent)
     if (old_depth != new_depth)
         move_subtree(w, child.index, old_depth, new_depth);
     if (!orphan) {
-        ecs_record r = w->head.records[child.index];
-        ecs_table *now = w->head.tables[r.table];
-        ecs_parents(now)[r.row] = parent;
-        ecs_column_stamp(w, now, now->column_count - 1, r.row, 1);
+        ecs_table *now = ecs_table_of(w, child.index);
+        uint32_t now_row = ecs_row_of(w, child.index);
+        ecs_parents(now)[now_row] = parent;
+        ecs_column_stamp(w, now, now->column_count - 1, now_row, 1);
         ecs_hierarchy_link(w, child.index, parent.index);
     }
     return KD_OK;

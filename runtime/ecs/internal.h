@@ -10,10 +10,8 @@
  *   names.c singleton.c checksum.c reflect.c world.c
  *
  * Invariants
- *   - records[i] of a living entity says (table, row), and that row of the table's entity column holds its
- * handle; of a dead one (ECS_DEAD set) it says (next free index, generation of the next handle). So a handle
- * is alive exactly when the entity column at its record's row holds its generation, and no further generation
- * array is needed.
+ *   - The record of a living entity says table, row and generation, and that row of the table's entity column
+ * holds its handle; the record of a dead one has generation 0 (layout.h).
  *   - A table's rows are dense; removing a row moves the last one into its place.
  *   - Rows of every column are 64-byte aligned at row 0 and valid for [0, count).
  *   - Only the owner of the world changes structure; registration (components, singletons, queries) takes the
@@ -113,6 +111,17 @@ typedef struct ecs_node {
     uint32_t first, last, next, previous; /* entity indices, ECS_NONE where none */
 } ecs_node;
 
+/* Where a spawn with these components leads: looked up once for every combination that is in use. */
+#define ECS_PATHS       64u
+#define ECS_PATH_VALUES 8u
+typedef struct ecs_path {
+    ecs_table *table; /* NULL: empty */
+    uint32_t count, depth;
+    const kd_component_desc *descs[ECS_PATH_VALUES];
+    kd_component_id ids[ECS_PATH_VALUES];
+    uint16_t columns[ECS_PATH_VALUES];
+} ecs_path;
+
 /* ---- names ---- */
 typedef struct ecs_name_group {
     char *text;
@@ -169,7 +178,7 @@ struct kd_commands {
 struct kd_world {
     ecs_world_head head;
     uint32_t record_capacity;
-    uint32_t free_first; /* ECS_NONE: none */
+    uint32_t free_first; /* means nothing when free_count is 0 */
     uint32_t free_count;
     uint32_t alive_count;
     uint32_t table_capacity;
@@ -201,6 +210,7 @@ struct kd_world {
 
     _Atomic size_t bytes;
     size_t limit_bytes;
+    ecs_path paths[ECS_PATHS]; /* by a hash of the descriptions */
     uint32_t merge_number;
     bool merging;
     uint64_t tag_value[8]; /* what a found tag points to */
@@ -246,10 +256,22 @@ bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row);
 /** Make an entity; pointers in `values` (NULL: default) may be changed by the call. */
 kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count);
 kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value);
+static inline ecs_table *ecs_table_of(const kd_world *w, uint32_t index)
+{
+    return w->head.tables[ecs_record_table(w->head.records[index])];
+}
+static inline uint32_t ecs_row_of(const kd_world *w, uint32_t index)
+{
+    return ecs_record_row(w->head.records[index]);
+}
+/* Note that the entity lies at this row now. */
+static inline void ecs_place(kd_world *w, kd_entity e, const ecs_table *t, uint32_t row)
+{
+    w->head.records[e.index] = ecs_record_make(t->index, row, e.generation);
+}
 static inline kd_entity ecs_handle_at(const kd_world *w, uint32_t index)
 {
-    ecs_record r = w->head.records[index];
-    return ecs_entities(w->head.tables[r.table])[r.row];
+    return ecs_entities(ecs_table_of(w, index))[ecs_row_of(w, index)];
 }
 static inline void ecs_structure_changed(kd_world *w, const char *call)
 {

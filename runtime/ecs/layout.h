@@ -9,14 +9,35 @@
 
 #include "runtime/ecs/component.h"
 
-#define ECS_DEAD       0x80000000u /* in ecs_record.table */
 #define ECS_TAG_COLUMN 0xffffu
 #define ECS_DESC_SLOTS 2048u /* of the address hash; a power of two, kept at most half full */
 
-typedef struct ecs_record {
-    uint32_t table; /* index of the table; ECS_DEAD | next free index when dead */
-    uint32_t row;   /* generation of the next handle when dead */
-} ecs_record;
+/* Where an entity lies, in one word, so that a lookup reads one cache line to know that a handle is alive and
+ * where. Living: row, index of the table, generation of the handle. Dead: next free index, next generation,
+ * 0. An index whose generations are used up is never given again, so that an old handle cannot come alive. */
+#define ECS_ROW_BITS       27u
+#define ECS_TABLE_BITS     20u
+#define ECS_ROW_MASK       ((1u << ECS_ROW_BITS) - 1)
+#define ECS_TABLE_MASK     ((1u << ECS_TABLE_BITS) - 1)
+#define ECS_MAX_GENERATION ((1u << (64 - ECS_ROW_BITS - ECS_TABLE_BITS)) - 1)
+typedef uint64_t ecs_record;
+
+static inline ecs_record ecs_record_make(uint32_t table, uint32_t row, uint32_t generation)
+{
+    return (uint64_t)generation << (ECS_ROW_BITS + ECS_TABLE_BITS) | (uint64_t)table << ECS_ROW_BITS | row;
+}
+static inline uint32_t ecs_record_row(ecs_record r)
+{
+    return (uint32_t)r & ECS_ROW_MASK;
+}
+static inline uint32_t ecs_record_table(ecs_record r)
+{
+    return (uint32_t)(r >> ECS_ROW_BITS) & ECS_TABLE_MASK;
+}
+static inline uint32_t ecs_record_generation(ecs_record r)
+{
+    return (uint32_t)(r >> (ECS_ROW_BITS + ECS_TABLE_BITS));
+}
 
 typedef struct ecs_column {
     uint8_t *data;

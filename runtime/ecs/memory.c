@@ -10,7 +10,7 @@
 
 #define LINE       64u
 #define HUGE_BYTES ((size_t)2 << 20)
-#define MAP_BYTES  ((size_t)1 << 20) /* from here on a block is mapped */
+#define MAP_BYTES  ((size_t)256 << 10) /* from here on a block is mapped */
 #define PAGE_BYTES ((size_t)4096)
 
 typedef struct block_head {
@@ -50,6 +50,11 @@ static uint8_t *map_place(size_t bytes)
 
 static uint8_t *map_new(size_t bytes)
 {
+    if (bytes < 2 * HUGE_BYTES) { /* all pages at once: a fault for each would cost more than filling them */
+        uint8_t *base =
+            mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+        return base == MAP_FAILED ? NULL : base;
+    }
     uint8_t *place = map_place(bytes);
     if (!place)
         return NULL;
@@ -63,6 +68,16 @@ static uint8_t *map_new(size_t bytes)
 
 static uint8_t *map_grow(uint8_t *base, size_t old_bytes, size_t bytes)
 {
+    if (bytes < 2 * HUGE_BYTES) {
+        uint8_t *moved = mremap(base, old_bytes, bytes, MREMAP_MAYMOVE);
+        if (moved == MAP_FAILED)
+            return NULL;
+#ifdef MADV_POPULATE_WRITE
+        if (bytes > old_bytes)
+            madvise(moved + old_bytes, bytes - old_bytes, MADV_POPULATE_WRITE);
+#endif
+        return moved;
+    }
     uint8_t *place = map_place(bytes);
     if (!place)
         return NULL;

@@ -199,7 +199,7 @@ ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth)
 {
     if (depth < a->depth_limit && a->tables[depth])
         return a->tables[depth];
-    if (!depths_reserve(w, a, depth) ||
+    if (w->head.table_count == ECS_TABLE_MASK || !depths_reserve(w, a, depth) ||
         !ecs_reserve(w, &w->head.tables, &w->table_capacity, w->head.table_count, w->head.table_count + 1,
                      sizeof(ecs_table *)))
         return NULL;
@@ -239,6 +239,8 @@ bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows)
     if (rows <= t->capacity)
         return true;
     uint32_t capacity = ecs_next_capacity(t->capacity, rows);
+    if (rows > ECS_ROW_MASK)
+        return false;
     if (!versions_reserve(w, t, capacity))
         return false;
     for (uint32_t c = 0; c < t->column_count; c++) {
@@ -332,7 +334,7 @@ void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row)
     for (uint32_t c = 0; c < t->column_count; c++)
         copy_row(&t->columns[c], row, &t->columns[c], last);
     stamp_row(w, t, row);
-    w->head.records[ecs_entities(t)[row].index].row = row;
+    ecs_place(w, ecs_entities(t)[row], t, row);
 }
 
 void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t count)

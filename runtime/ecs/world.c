@@ -10,7 +10,7 @@ kd_world *kd_world_make(void)
     if (!w)
         return NULL;
     memset(w, 0, sizeof *w);
-    w->free_first = w->name_group_free = ECS_NONE;
+    w->name_group_free = ECS_NONE;
     w->version = 1;
     w->last_change = "nothing";
     pthread_mutex_init(&w->lock, NULL);

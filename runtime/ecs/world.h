@@ -143,14 +143,13 @@ static inline kd_component_id kd_component_ensure(kd_world *w, const kd_componen
 static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id)
 {
     const ecs_world_head *head = (const ecs_world_head *)(const void *)w;
-    if (e.index < head->entity_limit && !(head->records[e.index].table & ECS_DEAD)) {
-        ecs_record r = head->records[e.index];
-        const ecs_table *t = head->tables[r.table];
+    ecs_record r = e.index < head->entity_limit ? head->records[e.index] : 0;
+    if (ecs_record_generation(r) == e.generation && e.generation) {
+        const ecs_table *t = head->tables[ecs_record_table(r)];
         uint32_t column = id < t->column_limit ? t->column_of[id] : 0;
-        bool alive = ((const kd_entity *)(const void *)t->columns[0].data)[r.row].generation == e.generation;
-        if (alive && column - 1 < ECS_TAG_COLUMN - 1)
-            return t->columns[column].data + (size_t)r.row * t->columns[column].size;
-        if (alive && !column)
+        if (column - 1 < ECS_TAG_COLUMN - 1)
+            return t->columns[column].data + (size_t)ecs_record_row(r) * t->columns[column].size;
+        if (!column)
             return NULL;
     }
     return ecs_find_slow(w, e, id); /* a tag, a pending handle, a dead one */

@@ -370,6 +370,24 @@ static void bench_deferred(uint32_t n, kd_entity *e)
     kd_world_destroy(w);
 }
 
+static double plain_get(uint32_t n, const kd_entity *e)
+{
+    uint32_t inner = repeats(n);
+    position *p = calloc(n, sizeof *p);
+    bench b = begin("plain", n, (double)n * inner);
+    while (more(&b)) {
+        float sum = 0;
+        start(&b);
+        for (uint32_t j = 0; j < inner; j++)
+            for (uint32_t i = 0; i < n; i++)
+                sum += p[e[i].index].x;
+        stop(&b);
+        sink = sum;
+    }
+    free(p);
+    return median(&b);
+}
+
 static void bench_get(uint32_t n, kd_entity *e)
 {
     if (!wanted("get_random"))
@@ -379,6 +397,7 @@ static void bench_get(uint32_t n, kd_entity *e)
     fill(w, e, n);
     shuffle(e, n);
     bench b = begin("get_random", n, (double)n * inner);
+    b.limit = plain_get(n, e);
     while (more(&b)) {
         float sum = 0;
         start(&b);

@@ -198,6 +198,25 @@ static void handles_never_made_are_dead(void **state)
     }
 }
 
+/* One index is used so often that its generations run out: it must rest, not begin again at the first. */
+static void index_rests_when_its_generations_are_used_up(void **state)
+{
+    kd_world *w = *state;
+    kd_entity first = kd_spawn(w, KD_TAG(frozen)), e = first;
+    uint32_t used = 1;
+    for (; e.index == first.index && used < 1u << 20; used++) {
+        kd_destroy(w, e);
+        e = kd_spawn(w, KD_TAG(frozen));
+        assert_false(kd_alive(w, first));
+    }
+    assert_int_not_equal(e.index, first.index);
+    assert_int_equal(e.generation, 1);
+    assert_in_range(used, 1u << 16, 1u << 18);
+    assert_int_equal(kd_entity_count(w), 1);
+    kd_destroy(w, e);
+    assert_int_equal(kd_spawn(w, KD_TAG(frozen)).index, e.index);
+}
+
 static void same_calls_give_the_same_handles(void **state)
 {
     kd_world *a = *state, *b = kd_world_make();
@@ -436,6 +455,7 @@ int main(void)
         CASE(spawn_n_copies_columns_and_fills_defaults),
         CASE(destroyed_handle_is_dead_and_harmless),
         CASE(handles_never_made_are_dead),
+        CASE(index_rests_when_its_generations_are_used_up),
         CASE(same_calls_give_the_same_handles),
         CASE(set_adds_and_replaces),
         CASE(remove_takes_one_component_away),
