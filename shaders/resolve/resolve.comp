@@ -1,6 +1,10 @@
-/* Puts the parts of the light together: the radiance of the chosen view, row 0 on top. */
+/* Adds up what reaches the eye from each pixel: emission, light straight from the lights, and the gathered light. Writes the
+ * radiance of the chosen view and, with LDR, its picture; row 0 on top.
+ *
+ * SHOW (KD_SHOW_*), DIRECTIONAL and LOCAL (kinds of light there are) are known when compiling: software drivers run both
+ * sides of a branch, and a loop's body once even when it has nothing to do. */
 
-#include "shaders/shared/resolve.h"
+#include "shaders/resolve/screen.glsl"
 #include "shaders/include/gbuffer.glsl"
 #include "shaders/include/lights.glsl"
 #include "shaders/include/brdf.glsl"
@@ -9,39 +13,73 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = KD_BIND_PASS) uniform resolve_pass { kd_resolve_params params; };
 layout(binding = KD_UNIT_GI_DIFFUSE) uniform sampler2D gi_diffuse;
 layout(binding = KD_UNIT_GI_SPECULAR) uniform sampler2D gi_specular;
-layout(binding = KD_UNIT_DIRECT) uniform sampler2D direct;
 layout(binding = 0, rgba16f) uniform writeonly image2D hdr_image;
+layout(binding = 1, rgba8) uniform writeonly image2D ldr_image;
 
-/* A target that is not there is one black texel. */
-vec4 load_gi(sampler2D target, ivec2 pixel) { return texelFetch(target, min(pixel, textureSize(target, 0) - 1), 0); }
+const uint show = SHOW;
 
-vec3 background()
+vec3 direct_light(surface s, vec3 v)
 {
-    bool sky = params.mode.x == KD_SHOW_FINAL || params.mode.x == KD_SHOW_DIRECT;
-    return sky ? kd_lights.ambient.rgb : vec3(0.0);
+    vec3 to_light, sum = vec3(0.0);
+#ifdef DIRECTIONAL
+    for (uint i = 0u; i < light_directional_count(); i++) {
+        vec3 irradiance = light_sample(i, s.position_ws, to_light);
+        sum += irradiance * brdf_direct(s, v, to_light) * light_shadow_directional(i, s.position_ws, s.face_normal_ws);
+    }
+#endif
+#ifdef LOCAL
+    for (uint i = light_directional_count(); i < light_count(); i++) {
+        vec3 irradiance = light_sample(i, s.position_ws, to_light);
+        sum += irradiance * brdf_direct(s, v, to_light) * light_shadow_local(i, s.position_ws, s.face_normal_ws);
+    }
+#endif
+    return sum;
 }
 
-/* Without GI the sky shines everywhere, unoccluded; with it the cones have added the sky already. */
+/* Light from all around: rgb irradiance / pi, a ambient visibility. Without GI the sky shines everywhere, unoccluded; with it
+ * the cones have added the sky already. */
+vec4 gathered_diffuse(ivec2 pixel)
+{
+    return params.mode.z != 0u ? texelFetch(gi_diffuse, pixel, 0) : vec4(kd_lights.ambient.rgb, 1.0);
+}
+vec3 gathered_specular(ivec2 pixel)
+{
+    return params.mode.z != 0u ? texelFetch(gi_specular, pixel, 0).rgb : kd_lights.ambient.rgb;
+}
+
+vec3 indirect_diffuse(surface s, ivec2 pixel)
+{
+    return brdf_diffuse_albedo(s) * gathered_diffuse(pixel).rgb * s.occlusion;
+}
+vec3 indirect_specular(surface s, vec3 v, ivec2 pixel) { return brdf_env_specular(s, v) * gathered_specular(pixel); }
+
+/* The light that the view shows, of a surface that is not unlit. */
+vec3 shaded(surface s, vec3 v, ivec2 pixel)
+{
+    if (show == KD_SHOW_DIRECT)
+        return direct_light(s, v);
+    if (show == KD_SHOW_SPECULAR)
+        return indirect_specular(s, v, pixel);
+    vec3 indirect = indirect_diffuse(s, pixel) + indirect_specular(s, v, pixel);
+    return show == KD_SHOW_INDIRECT ? indirect : indirect + direct_light(s, v);
+}
+
 vec3 foreground(surface s, ivec2 pixel)
 {
-    bool gi = params.mode.z != 0u;
-    vec4 diffuse_in = gi ? load_gi(gi_diffuse, pixel) : vec4(kd_lights.ambient.rgb, 1.0);
-    vec3 specular_in = gi ? load_gi(gi_specular, pixel).rgb : kd_lights.ambient.rgb;
-    float lit = s.unlit ? 0.0 : 1.0;
-    vec3 diffuse = brdf_diffuse_albedo(s) * diffuse_in.rgb * (s.occlusion * lit);
-    vec3 specular = brdf_env_specular(s, -view_direction(s.position_ws)) * specular_in * lit;
-    vec3 straight = texelFetch(direct, pixel, 0).rgb + s.emissive;
-    switch (params.mode.x) {
-    case KD_SHOW_DIRECT: return straight;
-    case KD_SHOW_INDIRECT: return diffuse + specular;
-    case KD_SHOW_AO: return vec3(diffuse_in.a);
-    case KD_SHOW_SPECULAR: return specular;
-    case KD_SHOW_ALBEDO: return s.unlit ? s.emissive : s.albedo;
-    case KD_SHOW_NORMAL: return s.normal_ws * 0.5 + 0.5;
-    case KD_SHOW_DEPTH: return vec3(view_depth(s.depth));
-    }
-    return straight + diffuse + specular;
+    if (show == KD_SHOW_AO)
+        return vec3(gathered_diffuse(pixel).a);
+    if (show == KD_SHOW_ALBEDO)
+        return s.unlit ? s.emissive : s.albedo;
+    if (show == KD_SHOW_NORMAL)
+        return s.normal_ws * 0.5 + 0.5;
+    if (show == KD_SHOW_DEPTH)
+        return vec3(view_depth(s.depth));
+    vec3 emitted = show == KD_SHOW_FINAL || show == KD_SHOW_DIRECT ? s.emissive : vec3(0.0);
+    vec3 light = shaded(s, -view_direction(s.position_ws), pixel);
+    return emitted + (s.unlit ? vec3(0.0) : light);
 }
+
+vec3 background() { return show == KD_SHOW_FINAL || show == KD_SHOW_DIRECT ? kd_lights.ambient.rgb : vec3(0.0); }
 
 void main()
 {
@@ -49,7 +87,10 @@ void main()
     if (any(greaterThanEqual(pixel, ivec2(kd_view.size.xy))))
         return;
     surface s = gbuffer_load(pixel);
-    vec3 c = s.hit ? foreground(s, pixel) : background();
+    vec3 c = min(s.hit ? foreground(s, pixel) : background(), vec3(65504.0));
     ivec2 top_down = ivec2(pixel.x, int(kd_view.size.y) - 1 - pixel.y);
-    imageStore(hdr_image, top_down, vec4(min(c, vec3(65504.0)), s.hit ? 1.0 : 0.0));
+    imageStore(hdr_image, top_down, vec4(c, s.hit ? 1.0 : 0.0));
+#ifdef LDR
+    imageStore(ldr_image, top_down, vec4(screen_view(c, show, kd_view.lens.z, params.mode.y), 1.0));
+#endif
 }

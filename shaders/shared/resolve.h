@@ -12,6 +12,7 @@
 #define KD_SHOW_ALBEDO 5u
 #define KD_SHOW_NORMAL 6u
 #define KD_SHOW_DEPTH 7u
+#define KD_SHOW_COUNT 8
 
 /* The numbers of kd_tonemap. */
 #define KD_CURVE_ACES 0u
@@ -20,7 +21,7 @@
 
 /* Uniform block KD_BIND_PASS of the passes that make the picture. */
 struct kd_resolve_params {
-    uvec4 mode; /* x: KD_SHOW_*, y: KD_CURVE_*, z: 1 when the GI targets hold this frame's light, w: groups of luminance */
+    uvec4 mode; /* x: 0, y: KD_CURVE_*, z: 1 when the GI targets hold this frame's light, w: groups of luminance */
     /* ---- 16 */
 };
 KD_LAYOUT_CHECK(kd_resolve_params, 16)

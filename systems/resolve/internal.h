@@ -1,7 +1,8 @@
 #ifndef KD_SYSTEMS_RESOLVE_INTERNAL_H
 #define KD_SYSTEMS_RESOLVE_INTERNAL_H
 
-/* What the three systems that make the picture share: direct light, the sum of all light, and the way to the screen. */
+/* What the two systems that make the picture share: the sum of all light, and the way to the screen when the exposure has to
+ * be measured first. */
 
 #include "components/camera.h"
 #include "components/frame.h"
@@ -11,25 +12,26 @@
 #include "shaders/shared/resolve.h"
 #include "shaders/shared/scene.h"
 
-enum { RESOLVE_GROUP = 8, RESOLVE_LUMINANCE_GROUP = 16 };
+enum { RESOLVE_GROUP = 8, RESOLVE_LUMINANCE_GROUP = 16, RESOLVE_KINDS = 4 };
+
+typedef struct resolve_variant {
+    kd_gpu_program program;
+    bool tried; /* a program that failed is not compiled again every frame */
+} resolve_variant;
 
 typedef struct resolve_state {
-    kd_gpu_program direct[4]; /* bit 0: directional lights, bit 1: local ones */
-    bool tried[4];            /* a program that failed is not compiled again every frame */
-    kd_gpu_program resolve, tonemap, luminance, exposure;
-    kd_gpu_texture direct_texture, black;
-    uint32_t direct_width, direct_height;
+    resolve_variant resolve[KD_SHOW_COUNT][RESOLVE_KINDS][2]; /* kinds: bit 0 directional lights, bit 1 local; [1]: LDR */
+    kd_gpu_program tonemap, luminance, exposure;
+    kd_gpu_texture black;
     kd_gpu_buffer exposure_buffer, partials;
 } resolve_state;
 
-/** Bind the G-buffer, the camera and the lights for a pass that shades. */
-void resolve_bind_scene(kd_system_context *context);
 /** Groups that cover `size` pixels. */
 uint32_t resolve_groups(uint32_t size, uint32_t group);
 struct kd_resolve_params resolve_params(kd_system_context *context);
+/** Tell whether this frame's exposure is measured: then tonemap makes the picture, else resolve does at once. */
+bool resolve_measures(kd_system_context *context);
 
-void resolve_direct_run(kd_system_context *context);
-void resolve_direct_fini(kd_system_context *context); /* frees the state: registered first, ends last */
 kd_status resolve_tonemap_init(kd_system_context *context);
 void resolve_tonemap_run(kd_system_context *context);
 void resolve_tonemap_fini(kd_system_context *context);

@@ -1,7 +1,9 @@
-/* System resolve: adds up emitted, direct and indirect light into kd_picture.hdr, or shows one of them alone. */
+/* System resolve: adds up emitted, direct and indirect light into kd_picture, or shows one of them alone. One pass does it
+ * all, since reading the G-buffer costs as much as shading. Programs are made for the view and the lights there are. */
 
 #include "systems/resolve/resolve.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "runtime/core/log.h"
@@ -21,30 +23,31 @@ uint32_t resolve_groups(uint32_t size, uint32_t group)
     return (size + group - 1) / group;
 }
 
-void resolve_bind_scene(kd_system_context *context)
+/* Views that other systems draw start from the final picture. */
+static uint32_t shown_view(const kd_frame *frame)
 {
-    kd_gpu *gpu = context->gpu;
-    const kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
-    const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_ALBEDO, g->albedo);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_NORMAL, g->normal);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_MATERIAL, g->material);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_EMISSIVE, g->emissive);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_DEPTH, g->depth);
-    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
-    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
+    return frame->view > KD_VIEW_DEPTH ? KD_VIEW_FINAL : frame->view;
 }
 
-/* Views that other systems draw start from the final picture. */
-struct kd_resolve_params resolve_params(kd_system_context *context)
+static bool has_gi(kd_system_context *context)
 {
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     const kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
-    bool has_gi = frame->gi != KD_GI_NONE && gi->diffuse.id != 0;
-    return (struct kd_resolve_params){.mode = {frame->view > KD_VIEW_DEPTH ? KD_VIEW_FINAL : frame->view,
-                                               (uint32_t)frame->settings.view_tonemap, has_gi ? 1 : 0, 0}};
+    return frame->gi != KD_GI_NONE && gi->diffuse.id != 0 && gi->width == frame->width && gi->height == frame->height;
+}
+
+struct kd_resolve_params resolve_params(kd_system_context *context)
+{
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    return (struct kd_resolve_params){.mode = {0, (uint32_t)frame->settings.view_tonemap, has_gi(context) ? 1 : 0, 0}};
+}
+
+bool resolve_measures(kd_system_context *context)
+{
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    uint32_t view = shown_view(frame);
+    bool light = view == KD_VIEW_FINAL || view == KD_VIEW_DIRECT || view == KD_VIEW_INDIRECT || view == KD_VIEW_SPECULAR;
+    return light && frame->settings.view_auto_exposure;
 }
 
 static void destroy_picture(kd_gpu *gpu, kd_picture *p)
@@ -69,39 +72,88 @@ static void ensure_picture(kd_gpu *gpu, kd_picture *p, const kd_frame *frame)
     p->height = frame->height;
 }
 
+static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, bool ldr)
+{
+    char show[16];
+    snprintf(show, sizeof show, "SHOW %uu", view);
+    const char *defines[5] = {show};
+    int count = 1;
+    if (kinds & 1)
+        defines[count++] = "DIRECTIONAL";
+    if (kinds & 2)
+        defines[count++] = "LOCAL";
+    if (ldr)
+        defines[count] = "LDR";
+    return kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/resolve/resolve.comp", .defines = defines});
+}
+
+static kd_gpu_program find_program(kd_system_context *context, resolve_state *s)
+{
+    const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
+    uint32_t view = shown_view(kd_singleton(context->world, kd_frame));
+    uint32_t kinds = (lighting->directional_count > 0 ? 1u : 0u) |
+                     (lighting->light_count > lighting->directional_count ? 2u : 0u);
+    bool ldr = !resolve_measures(context);
+    resolve_variant *variant = &s->resolve[view][kinds][ldr];
+    if (!variant->tried)
+        variant->program = make_program(context->gpu, view, kinds, ldr);
+    variant->tried = true;
+    return variant->program;
+}
+
+static void bind_scene(kd_system_context *context)
+{
+    kd_gpu *gpu = context->gpu;
+    const kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
+    const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_ALBEDO, g->albedo);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_NORMAL, g->normal);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_MATERIAL, g->material);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_EMISSIVE, g->emissive);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_DEPTH, g->depth);
+    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
+    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
+}
+
 static kd_status resolve_init(kd_system_context *context)
 {
     static const uint16_t texel[4] = {0};
     resolve_state *s = context->user;
-    s->resolve = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/resolve/resolve.comp"});
     s->black = kd_gpu_make_texture(context->gpu, &(kd_gpu_texture_desc){.format = KD_RGBA16F, .width = 1, .height = 1,
                                                                         .data = texel, .name = "black"});
-    return s->resolve.id != 0 && s->black.id != 0 ? KD_OK : KD_GPU;
+    return s->black.id != 0 ? KD_OK : KD_GPU;
 }
 
+/* Frees the state: registered first, ends last. */
 static void resolve_fini(kd_system_context *context)
 {
     resolve_state *s = context->user;
-    kd_gpu_destroy_program(context->gpu, s->resolve);
+    resolve_variant *variants = &s->resolve[0][0][0];
+    for (size_t i = 0; i < sizeof s->resolve / sizeof *variants; i++)
+        kd_gpu_destroy_program(context->gpu, variants[i].program);
     kd_gpu_destroy_texture(context->gpu, s->black);
     destroy_picture(context->gpu, kd_singleton(context->world, kd_picture));
+    free(s);
 }
 
 static void resolve_run(kd_system_context *context)
 {
     kd_gpu *gpu = context->gpu;
-    const resolve_state *s = context->user;
+    resolve_state *s = context->user;
     const kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
     kd_picture *picture = kd_singleton(context->world, kd_picture);
+    bool gi_is_there = has_gi(context);
     ensure_picture(gpu, picture, kd_singleton(context->world, kd_frame));
     struct kd_resolve_params params = resolve_params(context);
-    resolve_bind_scene(context);
-    kd_gpu_bind_texture(gpu, KD_UNIT_DIRECT, s->direct_texture);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, gi->diffuse.id != 0 ? gi->diffuse : s->black);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR, gi->specular.id != 0 ? gi->specular : s->black);
+    bind_scene(context);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, gi_is_there ? gi->diffuse : s->black);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR, gi_is_there && gi->specular.id != 0 ? gi->specular : s->black);
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_gpu_bind_image(gpu, 0, picture->hdr, 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_dispatch(gpu, s->resolve, resolve_groups(picture->width, RESOLVE_GROUP),
+    kd_gpu_bind_image(gpu, 1, picture->ldr, 0, KD_IMAGE_WRITE, KD_RGBA8);
+    kd_gpu_dispatch(gpu, find_program(context, s), resolve_groups(picture->width, RESOLVE_GROUP),
                     resolve_groups(picture->height, RESOLVE_GROUP), 1);
 }
 
@@ -111,8 +163,7 @@ static uint64_t pixel_bytes(const kd_system_context *context, uint64_t bytes)
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     return (uint64_t)frame->width * frame->height * bytes;
 }
-static uint64_t direct_bytes(const kd_system_context *context) { return pixel_bytes(context, 28 + 8); }
-static uint64_t resolve_bytes(const kd_system_context *context) { return pixel_bytes(context, 28 + 8 + 16 + 8); }
+static uint64_t resolve_bytes(const kd_system_context *context) { return pixel_bytes(context, 28 + 16 + 8 + 4); }
 static uint64_t tonemap_bytes(const kd_system_context *context) { return pixel_bytes(context, 8 + 4); }
 
 kd_status kd_resolve_import(kd_schedule *schedule)
@@ -120,30 +171,21 @@ kd_status kd_resolve_import(kd_schedule *schedule)
     resolve_state *state = calloc(1, sizeof *state);
     if (state == NULL)
         return kd_fail(KD_NO_MEMORY, "resolve: no memory for its state; free some");
-    const kd_system_desc systems[] = {
-        {.name = "direct", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
-         .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer)},
-         .resources = {{"gbuffer", KD_USE_SAMPLED}, {"shadow.maps", KD_USE_SAMPLED}, {"lights.uniform", KD_USE_UNIFORM},
-                       {"direct", KD_USE_IMAGE_WRITE}},
-         .run = resolve_direct_run, .fini = resolve_direct_fini, .bytes_moved = direct_bytes, .user = state},
-        {.name = "resolve", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
-         .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer), KD_USES(kd_gi_targets),
-                        KD_CHANGES(kd_picture)},
-         .resources = {{"gbuffer", KD_USE_SAMPLED}, {"lights.uniform", KD_USE_UNIFORM}, {"direct", KD_USE_SAMPLED},
-                       {"gi", KD_USE_SAMPLED}, {"picture", KD_USE_IMAGE_WRITE}},
-         .init = resolve_init, .run = resolve_run, .fini = resolve_fini, .bytes_moved = resolve_bytes, .user = state},
-        {.name = "tonemap", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
-         .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gi_targets), KD_USES(kd_picture)},
-         .resources = {{"lights.uniform", KD_USE_UNIFORM}, {"picture", KD_USE_SAMPLED | KD_USE_IMAGE_WRITE}},
-         .init = resolve_tonemap_init, .run = resolve_tonemap_run, .fini = resolve_tonemap_fini,
-         .bytes_moved = tonemap_bytes, .user = state},
-    };
-    for (size_t i = 0; i < sizeof systems / sizeof *systems; i++) {
-        kd_status status = kd_schedule_add(schedule, &systems[i]);
-        if (status != KD_OK && i == 0)
-            free(state);
-        if (status != KD_OK)
-            return status;
+    kd_status status = kd_schedule_add(schedule, &(kd_system_desc){
+        .name = "resolve", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
+        .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer), KD_USES(kd_gi_targets),
+                       KD_CHANGES(kd_picture)},
+        .resources = {{"gbuffer", KD_USE_SAMPLED}, {"shadow.maps", KD_USE_SAMPLED}, {"lights.uniform", KD_USE_UNIFORM},
+                      {"gi", KD_USE_SAMPLED}, {"picture", KD_USE_IMAGE_WRITE}},
+        .init = resolve_init, .run = resolve_run, .fini = resolve_fini, .bytes_moved = resolve_bytes, .user = state});
+    if (status != KD_OK) {
+        free(state);
+        return status;
     }
-    return KD_OK;
+    return kd_schedule_add(schedule, &(kd_system_desc){
+        .name = "tonemap", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
+        .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gi_targets), KD_USES(kd_picture)},
+        .resources = {{"lights.uniform", KD_USE_UNIFORM}, {"picture", KD_USE_SAMPLED | KD_USE_IMAGE_WRITE}},
+        .init = resolve_tonemap_init, .run_if = resolve_measures, .run = resolve_tonemap_run,
+        .fini = resolve_tonemap_fini, .bytes_moved = tonemap_bytes, .user = state});
 }

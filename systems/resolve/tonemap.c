@@ -1,7 +1,5 @@
-/* System tonemap: exposure, curve and sRGB, from kd_picture.hdr to .ldr. The exposure lives in a buffer, so that a chosen
- * and a measured one take the same way. */
-
-#include <math.h>
+/* System tonemap: measures the picture and brings it to the screen with the exposure found. Runs only when the exposure is
+ * automatic. Nothing comes back to the CPU: the exposure stays in a buffer. */
 
 #include "systems/resolve/internal.h"
 
@@ -17,7 +15,7 @@ kd_status resolve_tonemap_init(kd_system_context *context)
     s->luminance = make_program(context->gpu, "shaders/resolve/luminance.comp");
     s->exposure = make_program(context->gpu, "shaders/resolve/exposure.comp");
     s->exposure_buffer = kd_gpu_make_buffer(
-        context->gpu, &(kd_gpu_buffer_desc){sizeof(float), .usage = KD_BUFFER_STREAM, .name = "exposure"});
+        context->gpu, &(kd_gpu_buffer_desc){.size = sizeof(float), .name = "exposure"});
     bool made = s->tonemap.id != 0 && s->luminance.id != 0 && s->exposure.id != 0 && s->exposure_buffer.id != 0;
     return made ? KD_OK : KD_GPU;
 }
@@ -32,17 +30,15 @@ void resolve_tonemap_fini(kd_system_context *context)
     kd_gpu_destroy_buffer(context->gpu, s->partials);
 }
 
-/* Measure this picture alone: what earlier frames showed must not matter. */
-static void measure_exposure(kd_system_context *context, resolve_state *s, const kd_picture *picture)
+/* Measure this picture alone: what earlier frames showed must not matter. Hands the exposure on in the buffer. */
+static void measure_exposure(kd_system_context *context, resolve_state *s, const kd_picture *picture,
+                             const struct kd_resolve_params *params)
 {
     kd_gpu *gpu = context->gpu;
     uint32_t x = resolve_groups(picture->width, RESOLVE_LUMINANCE_GROUP);
     uint32_t y = resolve_groups(picture->height, RESOLVE_LUMINANCE_GROUP);
-    struct kd_resolve_params params = resolve_params(context);
-    params.mode.w = x * y;
-    kd_gpu_ensure_buffer(gpu, &s->partials, (size_t)x * y * 2 * sizeof(float), 0, "luminance sums");
+    kd_gpu_ensure_buffer(gpu, &s->partials, (size_t)params->mode.w * 2 * sizeof(float), 0, "luminance sums");
     kd_gpu_bind_storage(gpu, 1, s->partials);
-    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, kd_singleton(context->world, kd_lighting)->view, 0,
                                sizeof(struct kd_view_params));
     kd_gpu_dispatch(gpu, s->luminance, x, y, 1);
@@ -55,16 +51,14 @@ void resolve_tonemap_run(kd_system_context *context)
 {
     kd_gpu *gpu = context->gpu;
     resolve_state *s = context->user;
-    const kd_settings *settings = &kd_singleton(context->world, kd_frame)->settings;
     const kd_picture *picture = kd_singleton(context->world, kd_picture);
-    float exposure = exp2f(settings->view_exposure_ev);
-    kd_gpu_write_buffer(gpu, s->exposure_buffer, 0, &exposure, sizeof exposure);
+    struct kd_resolve_params params = resolve_params(context);
+    params.mode.w = resolve_groups(picture->width, RESOLVE_LUMINANCE_GROUP) *
+                    resolve_groups(picture->height, RESOLVE_LUMINANCE_GROUP);
+    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_gpu_bind_storage(gpu, 0, s->exposure_buffer);
     kd_gpu_bind_texture(gpu, 0, picture->hdr);
-    if (settings->view_auto_exposure)
-        measure_exposure(context, s, picture);
-    struct kd_resolve_params params = resolve_params(context);
-    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
+    measure_exposure(context, s, picture, &params);
     kd_gpu_bind_image(gpu, 1, picture->ldr, 0, KD_IMAGE_WRITE, KD_RGBA8);
     kd_gpu_dispatch(gpu, s->tonemap, resolve_groups(picture->width, RESOLVE_GROUP),
                     resolve_groups(picture->height, RESOLVE_GROUP), 1);
