@@ -122,12 +122,13 @@ vec3 shadow_project(shadow_place place, vec3 p_ws)
     return vec3(h.xy / h.w, clamp(h.z / h.w, 0.0, 1.0));
 }
 
-/* Lifts p off its surface so that the filter's texels, which lie lower, do not shadow it. Four bilinear taps half a texel
- * off the middle reach texels up to 1.5 away on each axis, 2.1 on the diagonal; on a plane at the angle t to the light such
- * a texel lies 2.1 * texel * tan(t) nearer, and lifting by 2.1 * texel * sin(t) along the normal clears it exactly. The
+/* Lifts p off its surface so that the filter's texels do not shadow it. Four bilinear taps half a texel off the middle reach
+ * texels up to 1.5 away on each axis, 2.1 on the diagonal. A point that far from p, at the same depth in the map, lies under
+ * the surface by 2.1 * texel * sin(t) at most, t between the normal and the map's axis: lifting by as much clears it. The
  * constant part covers rounding and curvature. */
-vec3 shadow_lift(vec3 p_ws, vec3 n_ws, float cos_t, float texel_ws)
+vec3 shadow_lift(vec3 p_ws, vec3 n_ws, vec3 axis_ws, float texel_ws)
 {
+    float cos_t = dot(n_ws, axis_ws);
     return p_ws + n_ws * (texel_ws * (0.3 + 2.1 * sqrt(max(1.0 - cos_t * cos_t, 0.0))));
 }
 
@@ -145,20 +146,21 @@ float shadow_filter(sampler2DArrayShadow maps, vec3 uvz, float layer, float edge
 float light_shadow_directional(uint i, vec3 p_ws, vec3 n_ws)
 {
     shadow_place place = shadow_find_directional(i, p_ws);
-    float cos_t = dot(n_ws, -kd_lights.light[i].direction_ws.xyz);
-    if (place.matrix < 0 || cos_t <= 0.0)
+    vec3 axis_ws = kd_lights.light[i].direction_ws.xyz;
+    if (place.matrix < 0 || dot(n_ws, axis_ws) >= 0.0)
         return place.matrix < 0 ? 1.0 : 0.0;
-    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, cos_t, place.texel_ws));
+    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, axis_ws, place.texel_ws));
     return shadow_filter(shadow_directional, uvz, place.layer, float(kd_lights.count.z));
 }
 
 float light_shadow_local(uint i, vec3 p_ws, vec3 n_ws)
 {
     shadow_place place = shadow_find_local(i, p_ws);
-    float cos_t = dot(n_ws, normalize(kd_lights.light[i].position_ws.xyz - p_ws));
-    if (place.matrix < 0 || cos_t <= 0.0)
+    if (place.matrix < 0 || dot(n_ws, kd_lights.light[i].position_ws.xyz - p_ws) <= 0.0)
         return place.matrix < 0 ? 1.0 : 0.0;
-    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, cos_t, place.texel_ws));
+    mat4 m = kd_lights.shadow_matrix[place.matrix];
+    vec3 axis_ws = vec3(m[0][3], m[1][3], m[2][3]); /* the row that gives w is the map's forward axis */
+    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, axis_ws, place.texel_ws));
     return shadow_filter(shadow_spot, uvz, place.layer, float(kd_lights.count.w));
 }
 
