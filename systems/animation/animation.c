@@ -126,16 +126,16 @@ static void write_transforms(kd_world *w, const kd_entity *entities, const playe
 
 static const kd_channel_desc *weights_channel(const kd_clip_desc *clip, uint32_t node)
 {
-    for (uint32_t i = 0; clip && i < clip->channel_count; i++)
+    for (uint32_t i = 0; i < clip->channel_count; i++)
         if (clip->channels[i].path == KD_PATH_WEIGHTS && clip->channels[i].node == node)
             return &clip->channels[i];
     return NULL;
 }
 
-static void sample_weights(const kd_model *model, uint32_t node, const kd_clip_desc *clip, float time_s,
+/* Weights of a node by a channel; at rest when it is NULL. */
+static void sample_weights(const kd_model *model, uint32_t node, const kd_channel_desc *channel, float time_s,
                            float *out)
 {
-    const kd_channel_desc *channel = weights_channel(clip, node);
     const kd_node_desc *n = &model->nodes[node];
     const kd_mesh_desc *mesh = n->mesh == KD_NONE ? NULL : &model->meshes[n->mesh];
     const float *rest = n->morph_weights ? n->morph_weights : mesh ? mesh->morph_weights : NULL;
@@ -147,15 +147,17 @@ static void sample_weights(const kd_model *model, uint32_t node, const kd_clip_d
         memcpy(out, rest, (count < KD_MAX_MORPH_TARGETS ? count : KD_MAX_MORPH_TARGETS) * sizeof *out);
 }
 
-static void write_node_weights(kd_world *w, kd_entity e, const player *p, uint32_t node)
+static void write_node_weights(kd_world *w, kd_entity e, const player *p, uint32_t node,
+                               const kd_channel_desc *channel)
 {
     float now[KD_MAX_MORPH_TARGETS], before[KD_MAX_MORPH_TARGETS];
     const kd_morph_weights *old = kd_find(w, e, kd_morph_weights);
     if (!old)
         return;
-    sample_weights(p->model, node, p->clip, p->time_s, now);
+    sample_weights(p->model, node, channel, p->time_s, now);
     if (p->previous && p->previous_weight > 0) {
-        sample_weights(p->model, node, p->previous, p->previous_time_s, before);
+        const kd_channel_desc *left = weights_channel(p->previous, node);
+        sample_weights(p->model, node, left, p->previous_time_s, before);
         for (uint32_t i = 0; i < KD_MAX_MORPH_TARGETS; i++)
             now[i] += (before[i] - now[i]) * p->previous_weight;
     }
@@ -166,13 +168,15 @@ static void write_node_weights(kd_world *w, kd_entity e, const player *p, uint32
 
 static void write_weights(kd_world *w, const kd_entity *entities, const player *p)
 {
-    for (uint32_t i = 0; i < p->clip->channel_count; i++)
-        if (p->clip->channels[i].path == KD_PATH_WEIGHTS)
-            write_node_weights(w, entities[p->clip->channels[i].node], p, p->clip->channels[i].node);
+    for (uint32_t i = 0; i < p->clip->channel_count; i++) {
+        const kd_channel_desc *channel = &p->clip->channels[i];
+        if (channel->path == KD_PATH_WEIGHTS)
+            write_node_weights(w, entities[channel->node], p, channel->node, channel);
+    }
     for (uint32_t i = 0; p->previous && i < p->previous->channel_count; i++) {
         const kd_channel_desc *channel = &p->previous->channels[i];
         if (channel->path == KD_PATH_WEIGHTS && !weights_channel(p->clip, channel->node))
-            write_node_weights(w, entities[channel->node], p, channel->node);
+            write_node_weights(w, entities[channel->node], p, channel->node, NULL);
     }
 }
 

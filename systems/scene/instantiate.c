@@ -1,6 +1,7 @@
 /* Entities from a registered model: one for each node, below one new root. */
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "components/animation.h"
@@ -21,18 +22,9 @@ typedef struct builder {
     scene_internal *in;
     const kd_store_model *entry;
     const kd_model *model;
-    uint32_t first_node;  /* store node entities */
-    uint32_t first_joint; /* store joint entities: the joints of all skins of the model, one skin after the
-                             other */
+    uint32_t first_node;   /* store node entities */
+    uint32_t *first_joint; /* store joint entities, of each skin of the model */
 } builder;
-
-static uint32_t first_joint_of(const builder *b, uint32_t skin)
-{
-    uint32_t first = b->first_joint;
-    for (uint32_t i = 0; i < skin; i++)
-        first += b->model->skins[i].joint_count;
-    return first;
-}
 
 /* Give the instance vertices of its own where its mesh changes shape. Room was reserved. */
 static uint32_t add_deformed(builder *b, uint32_t mesh_number, bool with_skin)
@@ -113,7 +105,7 @@ static void mesh_parts(builder *b, const kd_node_desc *node, node_parts *parts)
     add_value(parts, &kd_mesh_instance_desc, &parts->mesh);
     if (with_skin) {
         parts->skin = (kd_skin_instance){.skin = b->entry->first_skin + node->skin,
-                                         .first_joint = first_joint_of(b, node->skin)};
+                                         .first_joint = b->first_joint[node->skin]};
         add_value(parts, &kd_skin_instance_desc, &parts->skin);
     }
     if (mesh->morph_count) {
@@ -210,6 +202,32 @@ static kd_entity spawn_root(builder *b, uint32_t model)
     return kd_spawn_values(b->world, values, b->model->clip_count ? 3 : 2);
 }
 
+/* The joints of all skins stand one skin after the other. */
+static bool place_joints(builder *b)
+{
+    uint32_t next = b->store->joint_entity_count;
+    b->first_joint = malloc((b->model->skin_count + (size_t)1) * sizeof *b->first_joint);
+    for (uint32_t i = 0; b->first_joint && i < b->model->skin_count; i++) {
+        b->first_joint[i] = next;
+        next += b->model->skins[i].joint_count;
+    }
+    return b->first_joint != NULL;
+}
+
+static kd_status build(builder *b, uint32_t model, kd_entity parent, const char *name, kd_entity *top)
+{
+    kd_status status = reserve_instance(b);
+    if (status == KD_OK && !place_joints(b))
+        status = KD_NO_MEMORY;
+    if (status != KD_OK)
+        return status;
+    *top = spawn_root(b, model);
+    status = top->generation ? kd_set_name(b->world, *top, name) : KD_NO_MEMORY;
+    if (status == KD_OK && parent.generation)
+        status = kd_set_parent(b->world, *top, parent);
+    return status == KD_OK ? build_nodes(b, *top) : status;
+}
+
 kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, const char *name,
                                kd_entity *root)
 {
@@ -220,24 +238,14 @@ kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, co
     builder b = {.world = w, .store = s, .in = s->internal, .entry = &s->models[model]};
     b.model = b.entry->model;
     b.first_node = s->node_entity_count;
-    b.first_joint = s->joint_entity_count;
-    kd_status status = reserve_instance(&b);
-    if (status != KD_OK)
-        return kd_fail(status, "%s: no room for one more instance", b.model->path ? b.model->path : "model");
-    kd_entity top = spawn_root(&b, model);
-    status = top.generation ? kd_set_name(w, top, name) : KD_NO_MEMORY;
-    if (status == KD_OK && parent.generation)
-        status = kd_set_parent(w, top, parent);
+    kd_status status = build(&b, model, parent, name, root);
+    free(b.first_joint);
     if (status == KD_OK)
-        status = build_nodes(&b, top);
-    if (status != KD_OK) {
-        kd_destroy(w, top);
-        return kd_fail(status, "%s: the instance could not be made: %s",
-                       b.model->path ? b.model->path : "model", kd_status_text(status));
-    }
-    s->revision++;
-    *root = top;
-    return KD_OK;
+        return KD_OK;
+    kd_destroy(w, *root);
+    *root = KD_NO_ENTITY;
+    return kd_fail(status, "%s: the instance could not be made: %s", b.model->path ? b.model->path : "model",
+                   kd_status_text(status));
 }
 
 /* The next entity of the subtree in depth-first order; KD_NO_ENTITY at the end. No recursion: depth is the
