@@ -256,6 +256,32 @@ static void grazing_shadow_of_sphere_is_where_it_must_be(void **state)
     }
 }
 
+/* A bare floor under a low lamp is lit wherever its light reaches, over all faces of the point light's cube and out to the rim
+ * of the spot's cone: no pixel may lose any of it. */
+static void lamps_over_a_bare_floor_leave_no_acne(void **state)
+{
+    render *r = *state;
+    const kd_light lamps[] = {{.type = KD_POINT, .color = {1, 1, 1}, .intensity = 3},
+                              {.type = KD_SPOT, .color = {1, 1, 1}, .intensity = 3, .outer_cone = 1.3f},
+                              {.type = KD_SPOT, .color = {1, 1, 1}, .intensity = 3, .outer_cone = 0.6f}};
+    const kd_vec3 aims[] = {{0, 0, -1}, {0.3f, -1, 0.1f}, {1, -0.4f, 0.5f}};
+    add_floor(r);
+    render_top_camera(r, 4);
+    for (int i = 0; i < 3; i++) {
+        kd_entity lamp = render_light(r, lamps[i], (kd_vec3){0.1f, 0.4f + 0.3f * (float)i, -0.2f}, aims[i]);
+        kd_find_mut(r->world, lamp, kd_light)->no_shadow = true;
+        render_frame(r, "lamp_open");
+        floor_map open = read_unshadowed(r, 4);
+        kd_find_mut(r->world, lamp, kd_light)->no_shadow = false;
+        render_frame(r, "lamp");
+        for (uint32_t p = 0; p < r->frame->width * r->frame->height; p++)
+            if (open.lit[p] > 1e-3f && !(r->hdr[p * 4] > open.lit[p] * 0.99f))
+                fail_msg("lamp %d pixel %u %u: %g of %g", i, p % 160, p / 160, (double)r->hdr[p * 4], (double)open.lit[p]);
+        free(open.lit);
+        kd_destroy(r->world, lamp);
+    }
+}
+
 /* A box below the cutoff shows nowhere and casts no shadow; one above it does both. */
 static void material_below_cutoff_is_cut_from_picture_and_shadow(void **state)
 {
@@ -309,6 +335,7 @@ int main(void)
         RENDER_TEST(no_shadow_casts_none),
         RENDER_TEST(grazing_light_leaves_no_acne),
         RENDER_TEST(grazing_shadow_of_sphere_is_where_it_must_be),
+        RENDER_TEST(lamps_over_a_bare_floor_leave_no_acne),
         RENDER_TEST(material_below_cutoff_is_cut_from_picture_and_shadow),
         RENDER_TEST(too_many_shadow_casters_warn_once),
     };
