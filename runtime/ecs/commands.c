@@ -17,8 +17,9 @@
 
 #include "runtime/ecs/internal.h"
 
-#define WORKER_BITS 6u
-#define MERGE_MASK  0x1ffffffu
+#define WORKER_BITS  6u
+#define MERGE_MASK   0x1ffffffu
+#define SHORTEST_RUN 4u /* rows that are worth moving together */
 
 enum { COMMAND_SPAWN, COMMAND_DESTROY, COMMAND_SET, COMMAND_REMOVE, COMMAND_PARENT, COMMAND_NAME };
 
@@ -308,14 +309,70 @@ static bool spawned_reserve(kd_world *w)
     return true;
 }
 
+static const command *command_at(const kd_world *w, const ecs_command_head *head)
+{
+    return (const command *)(const void *)(w->commands[head->worker].bytes + (size_t)head->offset * 8);
+}
+
+static kd_component_id set_id(const command *at)
+{
+    command_value value;
+    memcpy(&value, at + 1, sizeof value);
+    return value.id;
+}
+
+/* How many commands from here on add one component to entities that lie one behind the other in one table:
+ * what a loop over a query records. 0 when the first one does not. */
+static uint32_t run_length(const kd_world *w, const ecs_command_head *heads, uint32_t count, ecs_table **t,
+                           uint32_t *row)
+{
+    const command *first = command_at(w, heads);
+    if (first->kind != COMMAND_SET || !ecs_locate(w, first->e, t, row) || ecs_column_of(*t, set_id(first)))
+        return 0;
+    uint32_t n = 1;
+    for (; n < count; n++) {
+        const command *at = command_at(w, &heads[n]);
+        ecs_table *other;
+        uint32_t other_row;
+        if (at->kind != COMMAND_SET || set_id(at) != set_id(first) ||
+            !ecs_locate(w, at->e, &other, &other_row) || other != *t || other_row != *row + n)
+            break;
+    }
+    return n;
+}
+
+/* Add the component to n rows at once: whole stretches of columns are copied. False when memory is out. */
+static bool apply_run(kd_world *w, const ecs_command_head *heads, uint32_t n, ecs_table *t, uint32_t row)
+{
+    kd_component_id id = set_id(command_at(w, heads));
+    ecs_archetype *a = ecs_archetype_toggle(w, t->archetype, id);
+    ecs_table *to = a ? ecs_table_ensure(w, a, t->depth) : NULL;
+    if (!to || n > ECS_ROW_MASK - to->count || !ecs_table_reserve(w, to, to->count + n))
+        return false;
+    uint32_t first = to->count, column = to->column_of[id];
+    ecs_table_move_rows(w, t, row, n, to);
+    for (uint32_t i = 0; i < n && column != ECS_TAG_COLUMN; i++) {
+        uint8_t *bytes = (uint8_t *)(uintptr_t)(command_at(w, &heads[i]) + 1);
+        const void *value = read_value(w, &bytes, &id);
+        ecs_write_value(w, id, to->columns[column].data + (size_t)(first + i) * to->columns[column].size,
+                        value);
+    }
+    return true;
+}
+
 static kd_status apply_all(kd_world *w, const ecs_command_head *heads, uint32_t total)
 {
     kd_status status = KD_OK;
-    for (uint32_t i = 0; i < total; i++) {
-        kd_commands *c = &w->commands[heads[i].worker];
-        if (apply(w, c, (const command *)(const void *)(c->bytes + (size_t)heads[i].offset * 8)) ==
-            KD_NO_MEMORY)
-            status = KD_NO_MEMORY; /* a dead entity or a cycle is no failure of the merge */
+    for (uint32_t i = 0; i < total;) {
+        ecs_table *t;
+        uint32_t row, n = run_length(w, heads + i, total - i, &t, &row);
+        if (n >= SHORTEST_RUN && apply_run(w, heads + i, n, t, row)) {
+            i += n;
+            continue;
+        }
+        for (uint32_t end = n > 1 ? i + n : i + 1; i < end; i++)
+            if (apply(w, &w->commands[heads[i].worker], command_at(w, &heads[i])) == KD_NO_MEMORY)
+                status = KD_NO_MEMORY; /* a dead entity or a cycle is no failure of the merge */
     }
     return status;
 }
@@ -347,6 +404,8 @@ kd_status kd_world_merge(kd_world *w)
         return KD_NO_MEMORY;
     }
     w->merging = spawns != 0;
+    if (total)
+        ecs_structure_changed(w, "kd_world_merge");
     kd_status status = total ? apply_all(w, heads, (uint32_t)total) : KD_OK;
     w->merging = false;
     w->merge_number += spawns != 0;

@@ -245,6 +245,8 @@ bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows);
 uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e, const ecs_table *from, uint32_t from_row);
 /** Take a row out, moving the last one into its place. Runs no hooks. */
 void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row);
+/** Move n rows, beginning at `row`, to the end of `to`, which must have room; the last rows fill the gap. */
+void ecs_table_move_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t n, ecs_table *to);
 void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row,
                             uint32_t count);                                   /* on_remove of every value */
 void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count); /* all columns changed */

@@ -282,14 +282,15 @@ bool kd_iter_next(kd_iter *it)
     return false;
 }
 
-const void *kd_iter_column(const kd_iter *it, uint32_t index, size_t size)
+/* Called by kd_iter_column where assertions are on. */
+void ecs_iter_check(const kd_iter *it, uint32_t index, size_t size)
 {
-    assert(index < it->query->term_count && "no such term");
-    assert(accessed(it->query->kinds[index]) && "the term is WITH or WITHOUT: it has no column");
-    assert((!it->columns[index] || it->query->world->components[it->query->ids[index]].size == size) &&
+    const kd_query *q = it->query;
+    assert(index < q->term_count && "no such term");
+    assert(accessed(q->kinds[index]) && "the term is WITH or WITHOUT: it has no column");
+    assert((!it->columns[index] || q->world->components[q->ids[index]].size == size) &&
            "the term is of another type");
-    (void)size;
-    return it->columns[index];
+    (void)q, (void)index, (void)size;
 }
 
 void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)

@@ -73,8 +73,16 @@ bool kd_iter_next(kd_iter *it);
  *  writing, added or moved after this call (chunk by chunk). Threading: any. */
 uint64_t kd_world_version(const kd_world *w);
 
+void ecs_iter_check(const kd_iter *it, uint32_t index, size_t size);
 /** Column of term `index` to read. */
-const void *kd_iter_column(const kd_iter *it, uint32_t index, size_t size);
+static inline const void *kd_iter_column(const kd_iter *it, uint32_t index, size_t size)
+{
+#ifndef NDEBUG
+    ecs_iter_check(it, index, size);
+#endif
+    (void)size;
+    return it->columns[index];
+}
 /** Column of term `index` to write; asserts that the term was declared WRITE and marks the chunk changed. */
 void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size);
 #define KD_COLUMN(it, type, index) ((const type *)kd_iter_column((it), (index), sizeof(type)))

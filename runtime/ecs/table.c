@@ -337,6 +337,48 @@ void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row)
     ecs_place(w, ecs_entities(t)[row], t, row);
 }
 
+static void copy_rows(const ecs_column *to, uint32_t to_row, const ecs_column *from, uint32_t from_row,
+                      uint32_t n)
+{
+    memcpy(to->data + (size_t)to_row * to->size, from->data + (size_t)from_row * from->size,
+           (size_t)n * to->size);
+}
+
+static void place_rows(kd_world *w, const ecs_table *t, uint32_t row, uint32_t n)
+{
+    const kd_entity *entities = ecs_entities(t);
+    for (uint32_t i = row; i < row + n; i++)
+        ecs_place(w, entities[i], t, i);
+}
+
+void ecs_table_move_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t n, ecs_table *to)
+{
+    uint32_t first = to->count, after = t->count - row - n, fill = n < after ? n : after;
+    const ecs_column *a = to->columns + 1, *a_end = a + to->archetype->column_count;
+    const ecs_column *b = t->columns + 1, *b_end = b + t->archetype->column_count;
+    copy_rows(&to->columns[0], first, &t->columns[0], row, n);
+    while (a < a_end && b < b_end) {
+        if (a->id == b->id)
+            copy_rows(a++, first, b++, row, n);
+        else if (a->id < b->id)
+            a++;
+        else
+            b++;
+    }
+    if (to->depth && t->depth)
+        copy_rows(a_end, first, b_end, row, n);
+    to->count += n;
+    place_rows(w, to, first, n);
+    ecs_table_stamp(w, to, first, n);
+    for (uint32_t c = 0; c < t->column_count && fill; c++)
+        copy_rows(&t->columns[c], row, &t->columns[c], t->count - fill, fill);
+    t->count -= n;
+    if (fill) {
+        place_rows(w, t, row, fill);
+        ecs_table_stamp(w, t, row, fill);
+    }
+}
+
 void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t count)
 {
     if (!t->archetype->hooked)

@@ -263,6 +263,41 @@ static void commands_may_be_recorded_while_iterating(void **state)
     assert_int_equal(kd_query_count(stiff), 333);
 }
 
+static void neighbouring_rows_are_changed_together(void **state)
+{
+    kd_world *w = *state;
+    enum { N = 1000, FIRST = 300, END = 700 };
+    static kd_entity e[N];
+    kd_entity root = kd_spawn(w, KD_TAG(frozen));
+    kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(position)}});
+    kd_commands *c = kd_world_commands(w, 0);
+    for (int i = 0; i < N; i++)
+        e[i] =
+            kd_spawn_child(w, root, KD_VAL(position, {(float)i, 0, 0}), KD_VAL(velocity, {0, (float)i, 0}));
+    for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);)
+        for (uint32_t i = FIRST; i < END; i++)
+            kd_commands_set(c, it.entities[i], KD_VAL(health, {(int32_t)i, 1}));
+    uint64_t since = kd_world_version(w);
+    assert_int_equal(kd_world_merge(w), KD_OK);
+    for (int i = 0; i < N; i++) {
+        assert_true(kd_find(w, e[i], position)->x == (float)i && kd_find(w, e[i], velocity)->y == (float)i);
+        assert_int_equal(kd_has(w, e[i], health), i >= FIRST && i < END);
+        assert_true(!kd_has(w, e[i], health) || kd_find(w, e[i], health)->now == i);
+        assert_entity(kd_get_parent(w, e[i]), root);
+        kd_find_mut(w, e[i], position)->z = 1; /* every record leads to its own row */
+    }
+    uint32_t rows = 0;
+    for (kd_iter it = kd_query_iter(q); kd_iter_next(&it); rows += it.count)
+        for (uint32_t i = 0; i < it.count; i++)
+            assert_true(KD_COLUMN(&it, position, 0)[i].z == 1);
+    assert_int_equal(rows, N);
+    kd_query *with = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(health)}});
+    kd_iter it = kd_query_iter(with);
+    it.changed_since = since;
+    assert_true(kd_iter_next(&it));
+    assert_int_equal(it.count, END - FIRST);
+}
+
 static void recording_out_of_memory_is_told_by_the_merge(void **state)
 {
     kd_world *w = *state;
@@ -291,6 +326,7 @@ int main(void)
         CASE(worker_layout_does_not_show),
         CASE(threads_record_side_by_side),
         CASE(commands_may_be_recorded_while_iterating),
+        CASE(neighbouring_rows_are_changed_together),
         CASE(recording_out_of_memory_is_told_by_the_merge),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -77,6 +77,7 @@ typedef struct model_entity {
 typedef struct model {
     kd_world *w;
     model_entity e[MOST];
+    int newest[MOST]; /* by index of a handle: who has it now */
     int count, alive, owned;
     uint64_t clock, random;
     kd_query *queries[8];
@@ -162,7 +163,8 @@ static int model_depth(const model *m, int i)
 
 static model_entity *model_add(model *m, kd_entity handle, uint32_t has)
 {
-    model_entity *e = &m->e[m->count++];
+    model_entity *e = &m->e[m->count];
+    m->newest[handle.index] = m->count++;
     *e = (model_entity){.handle = handle, .alive = true, .has = has, .parent = -1};
     m->alive++;
     m->owned += (int)(has >> OWNER & 1);
@@ -332,6 +334,29 @@ static void op_commands(model *m)
     }
 }
 
+/* What a loop over a query records: one component for many neighbouring rows. */
+static void op_run(model *m)
+{
+    int k = random_below(&m->random, 2) ? 3 : TAG, number = (int)random_below(&m->random, 1000);
+    uint32_t skip = 1 + random_below(&m->random, 40), row = 0;
+    any_value v = value_from(k, number);
+    kd_commands *c = kd_world_commands(m->w, 2);
+    for (kd_iter it = kd_query_iter(m->queries[0]); kd_iter_next(&it);)
+        for (uint32_t i = 0; i < it.count; i++)
+            if (row++ % skip || skip == 1)
+                kd_commands_set(c, it.entities[i], (kd_value){kinds[k], k == TAG ? NULL : &v});
+    row = 0;
+    for (kd_iter it = kd_query_iter(m->queries[0]); kd_iter_next(&it);)
+        for (uint32_t i = 0; i < it.count; i++) {
+            if (!(row++ % skip || skip == 1))
+                continue;
+            model_entity *e = &m->e[m->newest[it.entities[i].index]];
+            e->has |= 1u << k;
+            e->numbers[k] = number;
+        }
+    assert_int_equal(kd_world_merge(m->w), KD_OK);
+}
+
 /* ---- comparison ---- */
 static void check_entity(const model *m, int i)
 {
@@ -417,11 +442,14 @@ static void check_all(const model *m)
 
 static void step(model *m)
 {
-    static void (*const ops[])(model *) = {op_spawn,  op_spawn, op_spawn_n, op_destroy, op_set,  op_set,
-                                           op_remove, op_write, op_parent,  op_parent,  op_name, op_commands};
-    uint32_t op = random_below(&m->random, m->alive > 250 ? 24 : 12);
-    if (op >= 12)
+    static void (*const ops[])(model *) = {op_spawn, op_spawn,    op_spawn_n, op_destroy, op_set,
+                                           op_set,   op_remove,   op_write,   op_parent,  op_parent,
+                                           op_name,  op_commands, op_remove};
+    uint32_t op = random_below(&m->random, m->alive > 250 ? 26 : 13);
+    if (op >= 13)
         op = 3; /* enough of them: destroy more */
+    if (random_below(&m->random, 50) == 0)
+        op_run(m);
     if (m->count < MOST - 30)
         ops[op](m);
 }
