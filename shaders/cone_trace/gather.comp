@@ -19,6 +19,8 @@ mat3 frame_round(vec3 n)
     return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
 }
 
+const float ROUGH = 0.7;
+
 cone_settings settings()
 {
     return cone_settings(gather.cone.y, gather.cone.z, gather.light.y);
@@ -31,7 +33,7 @@ vec4 trace_diffuse(vec3 origin, vec3 normal, float span)
     float visible = 0.0;
     for (uint i = 0u; i < gather.size.w; i++) {
         vec3 direction = frame * gather.cones[i].xyz;
-        cone_result r = cone_trace(origin, direction, gather.cone.x, 0.5 * span, 0.0, settings());
+        cone_result r = cone_trace(origin, direction, gather.cone.x, 0.5 * span, settings());
         irradiance += gather.cones[i].w * (r.radiance + r.transmittance * gather.light.w);
         visible += gather.cones[i].w * (1.0 - r.occlusion);
     }
@@ -47,7 +49,7 @@ vec3 trace_specular(vec3 origin, surface s, vec3 view, float span)
     float below = dot(direction, s.face_normal_ws);
     if (below < 0.05)
         direction = normalize(direction + (0.05 - below) * s.face_normal_ws);
-    cone_result r = cone_trace(origin, direction, clamp(alpha, 0.03, 1.0), span, 0.0, settings());
+    cone_result r = cone_trace(origin, direction, clamp(alpha, 0.03, 1.0), span, settings());
     return (r.radiance + r.transmittance * gather.light.w) * gather.light.x;
 }
 
@@ -67,7 +69,11 @@ void main()
     vec3 view = view_direction(s.position_ws);
     vec3 face = dot(s.face_normal_ws, view) > 0.0 ? -s.face_normal_ws : s.face_normal_ws;
     vec3 origin = s.position_ws + face * (gather.cone.w * span);
-    imageStore(diffuse_out, at, trace_diffuse(origin, s.normal_ws, span));
-    vec3 specular = gather.flags.x != 0u ? trace_specular(origin, s, view, span) : vec3(0.0);
+    vec4 diffuse = trace_diffuse(origin, s.normal_ws, span);
+    imageStore(diffuse_out, at, diffuse);
+    // A rough surface's lobe is about as wide as the hemisphere: the diffuse cones have seen it already.
+    vec3 specular = diffuse.rgb;
+    if (gather.flags.x != 0u && s.roughness < ROUGH)
+        specular = trace_specular(origin, s, view, span);
     imageStore(specular_out, at, vec4(specular, 1.0));
 }

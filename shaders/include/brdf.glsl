@@ -38,7 +38,8 @@ vec3 brdf_fresnel(vec3 f0, float v_dot_h)
     return f0 + (1.0 - f0) * (x2 * x2 * x);
 }
 
-/* BRDF times n.l: what a light's irradiance becomes in radiance towards the eye. v, l: unit, away from the surface. */
+/* BRDF times n.l: what a light's irradiance becomes in radiance towards the eye. v, l: unit, away from the
+ * surface. */
 vec3 brdf_direct(surface s, vec3 v, vec3 l)
 {
     float n_dot_l = dot(s.normal_ws, l);
@@ -54,10 +55,10 @@ vec3 brdf_direct(surface s, vec3 v, vec3 l)
     return ((1.0 - f) * brdf_diffuse_albedo(s) / BRDF_PI + f * specular) * n_dot_l;
 }
 
-/* Share of light from all around that the specular lobe returns: f0 * x + y.
- * A fit of our own, by least squares over the integral of this very lobe on a grid of roughness and n.v, grazing views
- * weighted down: `kept` is what f0 = 1 returns (1 less what single scattering loses), `y` the part that Fresnel's term adds.
- * Off by 0.02 on average, by 0.09 at most.
+/* Share of light from all around that the specular lobe returns: f0 * x + y. A fit of our own, by least
+ * squares over the integral of this very lobe on a grid of roughness and n.v, grazing views weighted down:
+ * `kept` is what f0 = 1 returns (1 less what single scattering loses), `y` the part that Fresnel's term
+ * adds. Off by 0.02 on average, by 0.09 at most.
  * Source  the split into x and y: Karis 2013, Real Shading in Unreal Engine 4, equation 8 */
 vec2 brdf_env(float roughness, float n_dot_v)
 {

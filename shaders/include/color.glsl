@@ -17,8 +17,8 @@ vec3 color_srgb_decode(vec3 c)
     return mix(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, lessThanEqual(c, vec3(0.04045)));
 }
 
-/* Source  Narkowicz 2015, ACES Filmic Tone Mapping Curve: a fit of the ACES reference and sRGB output transforms.
- * 0.6 puts mid grey where the transforms have it. */
+/* Source  Narkowicz 2015, ACES Filmic Tone Mapping Curve: a fit of the ACES reference and sRGB output
+ * transforms. 0.6 puts mid grey where the transforms have it. */
 vec3 color_aces(vec3 c)
 {
     c *= 0.6;

@@ -3,6 +3,9 @@
 
 #include "shaders/include/tree.glsl"
 
+// Cells half as large as the cone is wide: linear interpolation makes every cell reach over two edge lengths.
+const float CONE_SHARPNESS = 0.6;
+
 struct cone_settings {
     float step;         // in diameters
     float max_distance; // m
@@ -15,9 +18,9 @@ struct cone_result {
     float occlusion;    // weighted by 1 / (1 + falloff t)
 };
 
-// `smooth_levels`: blend between two levels (four linear interpolations); without it the nearest level above is taken, which
-// is seamless where step lengths put every sample on a level of its own.
-cone_result cone_trace(vec3 origin_ws, vec3 direction, float tan_half, float start, float dither, cone_settings settings)
+// The sequence of distances depends on the aperture and the start alone, so all pixels of a surface change levels at the
+// same steps, and no interpolation between levels is needed to keep it free of bands; inside a level it is linear.
+cone_result cone_trace(vec3 origin_ws, vec3 direction, float tan_half, float start, cone_settings settings)
 {
     cone_result r = cone_result(vec3(0.0), 1.0, 0.0);
     float span = tree.cascade[0].w;
@@ -29,12 +32,8 @@ cone_result cone_trace(vec3 origin_ws, vec3 direction, float tan_half, float sta
         if (k == tree_cascades() || t > settings.max_distance || r.transmittance < 0.01)
             break;
         float diameter = max(2.0 * tan_half * t, span * float(1 << k));
-        float lod = log2(diameter / span);
-        int low = int(floor(lod));
-        float blend = lod - float(low);
-        vec4 v = tree_sample(k, low, p, direction);
-        if (blend > 0.03)
-            v = mix(v, tree_sample(k, low + 1, p, direction), blend);
+        int lod = max(int(floor(log2(diameter / span) - CONE_SHARPNESS + 0.5)), k);
+        vec4 v = tree_sample(k, lod, p, direction);
         float s = settings.step * diameter;
         float through = exp(-v.a * s);
         float gained = r.transmittance * (1.0 - through);

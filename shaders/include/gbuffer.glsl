@@ -1,8 +1,8 @@
 #ifndef KD_INCLUDE_GBUFFER_GLSL
 #define KD_INCLUDE_GBUFFER_GLSL
 
-/* Reading the G-buffer; surface.glsl says how it is laid out. Resource "gbuffer", kd_gbuffer bound to KD_UNIT_GBUFFER_*,
- * kd_lighting.view to KD_BIND_VIEW. */
+/* Reading the G-buffer; surface.glsl says how it is laid out. Resource "gbuffer", kd_gbuffer bound to
+ * KD_UNIT_GBUFFER_*, kd_lighting.view to KD_BIND_VIEW. */
 
 #include "shaders/include/view.glsl"
 #include "shaders/include/surface.glsl"

@@ -1,8 +1,9 @@
 #ifndef KD_INCLUDE_LIGHTS_GLSL
 #define KD_INCLUDE_LIGHTS_GLSL
 
-/* The lights of this frame and their shadow maps. Resources "lights.uniform" (kd_lighting.view to KD_BIND_VIEW, .lights to
- * KD_BIND_LIGHTS) and "shadow.maps" (.shadow_directional and .shadow_spot to KD_UNIT_SHADOW_*). */
+/* The lights of this frame and their shadow maps. Resources "lights.uniform" (kd_lighting.view to
+ * KD_BIND_VIEW, .lights to KD_BIND_LIGHTS) and "shadow.maps" (.shadow_directional and .shadow_spot to
+ * KD_UNIT_SHADOW_*). */
 
 #include "shaders/include/view.glsl"
 
@@ -69,8 +70,8 @@ shadow_place shadow_place_directional(int first, int count, float layer, vec3 p_
     return o;
 }
 
-/* Edge of a texel [m] one metre in front of a spot map: the first row of bias * projection * view has the length
- * 0.5 / tan(half angle) once the bias' share of w is taken off. */
+/* Edge of a texel [m] one metre in front of a spot map: the first row of bias * projection * view has the
+ * length 0.5 / tan(half angle) once the bias' share of w is taken off. */
 float shadow_texel_per_metre(int matrix)
 {
     mat4 m = kd_lights.shadow_matrix[matrix];
@@ -122,10 +123,10 @@ vec3 shadow_project(shadow_place place, vec3 p_ws)
     return vec3(h.xy / h.w, clamp(h.z / h.w, 0.0, 1.0));
 }
 
-/* Lifts p off its surface so that the filter's texels do not shadow it. Four bilinear taps half a texel off the middle reach
- * texels up to 1.5 away on each axis, 2.1 on the diagonal. A point that far from p, at the same depth in the map, lies under
- * the surface by 2.1 * texel * sin(t) at most, t between the normal and the map's axis: lifting by as much clears it. The
- * constant part covers rounding and curvature. */
+/* Lifts p off its surface so that the filter's texels do not shadow it. Four bilinear taps half a texel off
+ * the middle reach texels up to 1.5 away on each axis, 2.1 on the diagonal. A point that far from p, at the
+ * same depth in the map, lies under the surface by 2.1 * texel * sin(t) at most, t between the normal and
+ * the map's axis: lifting by as much clears it. The constant part covers rounding and curvature. */
 vec3 shadow_lift(vec3 p_ws, vec3 n_ws, vec3 axis_ws, float texel_ws)
 {
     float cos_t = dot(n_ws, axis_ws);
@@ -142,7 +143,8 @@ float shadow_filter(sampler2DArrayShadow maps, vec3 uvz, float layer, float edge
                    texture(maps, vec4(uvz.xy + vec2(h, h), layer, uvz.z)));
 }
 
-/* light_shadow for one kind of light: loops that know the kind are cheaper on drivers that run both sides of a branch. */
+/* light_shadow for one kind of light: loops that know the kind are cheaper on drivers that run both sides of
+ * a branch. */
 float light_shadow_directional(uint i, vec3 p_ws, vec3 n_ws)
 {
     shadow_place place = shadow_find_directional(i, p_ws);
@@ -172,8 +174,8 @@ float light_shadow(uint i, vec3 p_ws, vec3 n_ws)
     return light_shadow_local(i, p_ws, n_ws);
 }
 
-/* The same for a voxel: one bilinear tap, the point lifted by offset_m along the normal (its own half diagonal, say) and
- * by a texel towards the light. */
+/* The same for a voxel: one bilinear tap, the point lifted by offset_m along the normal (its own half
+ * diagonal, say) and by a texel towards the light. */
 float light_shadow_voxel(uint i, vec3 p_ws, vec3 n_ws, float offset_m)
 {
     vec3 p = p_ws + n_ws * offset_m;

@@ -1,9 +1,9 @@
 #ifndef KD_INCLUDE_MATERIAL_GLSL
 #define KD_INCLUDE_MATERIAL_GLSL
 
-/* The material of the batch being drawn, read at two texture coordinate sets.
- * MATERIAL_MAPS, the KD_MAP_* bits that are there, is known when compiling: software drivers run both sides of a branch,
- * so a map that is only switched off would be sampled all the same. */
+/* The material of the batch being drawn, read at two texture coordinate sets. MATERIAL_MAPS, the KD_MAP_*
+ * bits that are there, is known when compiling: software drivers run both sides of a branch, so a map that
+ * is only switched off would be sampled all the same. */
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/scene.h"

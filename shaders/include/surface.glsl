@@ -3,11 +3,10 @@
 
 /* A point of a visible surface, and how the G-buffer keeps it:
  *
- *   albedo    RGBA8    rgb: square root of the albedo (dark tones get their steps), a: occlusion of the material's map
- *   normal    RGBA16UI xy: shading normal, zw: the mesh's own normal; octahedral, 16 bits each
- *   material  RGBA8    r: metallic, g: roughness, b: 1 when unlit, a: 0
- *   emissive  RGBA16F  rgb: radiance, up to 65504; a: 0
- *   depth     32F      of the depth test; 1 where nothing was drawn
+ * albedo    RGBA8    rgb: square root of the albedo (dark tones get their steps), a: occlusion of the
+ * material's map normal    RGBA16UI xy: shading normal, zw: the mesh's own normal; octahedral, 16 bits each
+ * material  RGBA8    r: metallic, g: roughness, b: 1 when unlit, a: 0 emissive  RGBA16F  rgb: radiance, up
+ * to 65504; a: 0 depth     32F      of the depth test; 1 where nothing was drawn
  *
  * Row 0 is the bottom of the picture, as GL draws it; gl_FragCoord.xy, texelFetch and the GI targets agree. */
 

@@ -20,17 +20,13 @@ layout(binding = KD_UNIT_TREE_DATA) uniform usamplerBuffer tree_data;
 int tree_cascades() { return int(tree.info.x); }
 int tree_resolution() { return int(tree.info.y); }
 
-// Finest cascade that covers p with `margin` of its dense cells to spare; tree_cascades() when none does.
+// Finest cascade (they are concentric) that covers p with `margin` of its dense cells to spare; tree_cascades() when none does.
 int tree_cascade_at(vec3 p_ws, float margin)
 {
-    int c = 0;
-    float cells = float(KD_DENSE);
-    for (; c < tree_cascades(); c++) {
-        vec3 p = (p_ws - tree.cascade[c].xyz) / (tree.cascade[c].w * float(1 << KD_SPARSE_LEVELS));
-        if (all(greaterThan(p, vec3(margin))) && all(lessThan(p, vec3(cells - margin))))
-            break;
-    }
-    return c;
+    vec3 from_centre = abs(p_ws - tree.centre.xyz) * tree.centre.w;
+    float reach = max(from_centre.x, max(from_centre.y, from_centre.z)), limit = 1.0 - margin * (2.0 / float(KD_DENSE));
+    int c = int(reach >= limit) + int(reach >= 2.0 * limit) + int(reach >= 4.0 * limit) + int(reach >= 8.0 * limit);
+    return min(c, tree_cascades());
 }
 
 // Node of a dense cell, KD_EMPTY when there is nothing in it.
@@ -46,7 +42,7 @@ int tree_octant(ivec3 cell, int shift)
 }
 
 // The cell of a sparse level: `level` 0 are leaves, 1 … KD_SPARSE_LEVELS - 1 the nodes above them. Cells of that level's size.
-vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 weight)
+vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 direction)
 {
     int shift = KD_SPARSE_LEVELS - level;
     uint node = tree_dense_node(c, cell >> shift);
@@ -59,21 +55,19 @@ vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 weight)
     if (node == KD_EMPTY)
         return vec4(0.0);
     if (level == 0)
-        return leaf_unpack(texelFetch(tree_leaves, int(node) * 8 + tree_octant(cell, 0)).rg);
+        return leaf_seen(texelFetch(tree_leaves, int(node) * 8 + tree_octant(cell, 0)).rg, direction);
 #if KD_SPARSE_LEVELS > 1
     node = texelFetch(tree_nodes, int(tree.node_offset[KD_SPARSE_LEVELS - level - 1] + node * 8u) + tree_octant(cell, 0)).r;
     if (node == KD_EMPTY)
         return vec4(0.0);
-    node_value n = node_unpack(texelFetch(tree_data, int(tree.data_offset[KD_SPARSE_LEVELS - level - 1] + node)).rg);
-    float depth = dot(n.depth, weight);
-    return vec4(n.radiance * depth, depth);
+    return node_seen(texelFetch(tree_data, int(tree.data_offset[KD_SPARSE_LEVELS - level - 1] + node)).rg, direction, abs(direction));
 #else
     return vec4(0.0);
 #endif
 }
 
 // Trilinear by hand over the eight cells round p (Yalciner 2016, section 4.6).
-vec4 tree_sample_sparse(int c, int level, vec3 p_ws, vec3 weight)
+vec4 tree_sample_sparse(int c, int level, vec3 p_ws, vec3 direction)
 {
     vec3 p = (p_ws - tree.cascade[c].xyz) / (tree.cascade[c].w * float(1 << level)) - 0.5;
     ivec3 low = ivec3(floor(p));
@@ -83,7 +77,7 @@ vec4 tree_sample_sparse(int c, int level, vec3 p_ws, vec3 weight)
     for (int i = 0; i < 8; i++) {
         ivec3 o = ivec3(i, i >> 1, i >> 2) & 1;
         vec3 w = mix(1.0 - f, f, vec3(o));
-        sum += (w.x * w.y * w.z) * tree_fetch_sparse(c, level, clamp(low + o, ivec3(0), ivec3(top)), weight);
+        sum += (w.x * w.y * w.z) * tree_fetch_sparse(c, level, clamp(low + o, ivec3(0), ivec3(top)), direction);
     }
     return sum;
 }
@@ -96,7 +90,7 @@ vec4 tree_sample_block(int c, int mip, vec3 cell, int direction)
     float y = mip == 0 ? 0.0 : float(KD_DENSE - (2 * KD_DENSE >> mip));
     float z = mip == 0 ? float(c * KD_DENSE) : float(tree_cascades() * KD_DENSE);
     vec3 at = clamp(cell, vec3(0.5), vec3(size - 0.5)) + vec3(float(direction * KD_DENSE), y, z);
-    return textureLod(tree_atlas, at / vec3(textureSize(tree_atlas, 0)), 0.0);
+    return textureLod(tree_atlas, at * tree.atlas.xyz, 0.0);
 }
 
 vec4 tree_sample_dense(int c, int mip, vec3 p_ws, vec3 direction)
@@ -115,7 +109,7 @@ vec4 tree_sample(int k, int lod, vec3 p_ws, vec3 direction)
     lod = min(lod, tree_cascades() - 1 + KD_SPARSE_LEVELS + KD_DENSE_MIPS);
     vec4 v;
     if (lod < k + KD_SPARSE_LEVELS) {
-        v = tree_sample_sparse(k, lod - k, p_ws, abs(direction));
+        v = tree_sample_sparse(k, lod - k, p_ws, direction);
     } else {
         int c = min(lod - KD_SPARSE_LEVELS, tree_cascades() - 1);
         v = tree_sample_dense(c, max(lod - KD_SPARSE_LEVELS - c, 0), p_ws, direction);

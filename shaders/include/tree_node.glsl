@@ -1,12 +1,15 @@
 // Radiance and optical depth of tree nodes.
 //
-// A node is a small piece of participating medium: optical depth tau along each axis, per edge length of the node, and the
-// radiance S that its matter sends out. Optical depths add up along a ray however the wall lies between two cells, which
-// opacities do not; so everything that is interpolated is (tau * S, tau), and a wall lets exp(-6) through at every offset.
+// A node is a small piece of participating medium: optical depth tau per edge length of the node, and the radiance S that its
+// matter sends out. Optical depths add up along a ray however the wall lies between two cells, which opacities do not; so
+// everything that is interpolated is (tau S, tau), and a wall lets exp(-6) through at every offset.
 //
-//   leaf          uvec2: half4 (tau S, tau), the same for all axes
-//   sparse node   uvec2: S as rgb9e5 | tau x, y, z as 10 bits each of 0 … 6
-//   dense cell    six RGBA16F texels: (tau S, tau) for rays that travel towards +x -x +y -y +z -z
+// Depth has six directions: matter stops a ray that meets its front side. A ray that leaves a surface does not see the cells
+// of that surface, however coarse they are; without this a wide cone shadows itself at every level.
+//
+//   leaf          uvec2: S as rgb9e5 | normal 3 x snorm8, tau 7 bits of 0 … 6, double sided 1 bit
+//   sparse node   uvec2: S as rgb9e5 | tau for rays towards +x -x +y -y +z -z, 5 bits each of 0 … 6
+//   dense cell    six RGBA16F texels: (tau S, tau) for rays towards +x -x +y -y +z -z
 
 #include "shaders/shared/voxel.h"
 #include "shaders/include/half_pack.glsl"
@@ -14,37 +17,82 @@
 const float FULL_DEPTH = KD_FULL_DEPTH;
 
 struct node_value {
-    vec3 radiance; // S
-    vec3 depth;    // tau by axis
+    vec3 radiance;  // S
+    float depth[6]; // tau by direction
 };
 
-uvec2 leaf_pack(vec3 radiance, float depth)
+struct leaf_value {
+    vec3 radiance;
+    vec3 normal;    // shorter than 1 where surfaces of several directions meet
+    float depth;
+    bool double_sided;
+};
+
+uvec2 leaf_pack(leaf_value v)
 {
-    vec3 j = min(radiance * depth, vec3(65000.0));
-    return uvec2(packHalf2x16(j.rg), packHalf2x16(vec2(j.b, depth)));
+    uint normal = packSnorm4x8(vec4(v.normal, 0.0)) & 0xFFFFFFu;
+    uint depth = uint(round(clamp(v.depth / FULL_DEPTH, 0.0, 1.0) * 127.0));
+    return uvec2(rgb9e5_pack(v.radiance), normal | depth << 24 | uint(v.double_sided) << 31);
 }
 
-// (tau S, tau)
-vec4 leaf_unpack(uvec2 w)
+leaf_value leaf_unpack(uvec2 w)
 {
-    return vec4(unpackHalf2x16(w.x), unpackHalf2x16(w.y));
+    return leaf_value(rgb9e5_unpack(w.x), unpackSnorm4x8(w.y).xyz, float((w.y >> 24) & 127u) * (FULL_DEPTH / 127.0), (w.y >> 31) != 0u);
 }
 
-node_value leaf_value(uvec2 w)
+// Share of a leaf's matter that a ray along `direction` meets from its front: none when it runs along the surface or leaves
+// it, all from about 37 degrees of incidence on. Where normals cancel (edges, sheets thinner than a voxel) all of it counts.
+float leaf_facing(leaf_value v, vec3 direction)
 {
-    vec4 v = leaf_unpack(w);
-    return node_value(v.a > 0.0 ? v.rgb / v.a : vec3(0.0), vec3(v.a));
+    float towards = -dot(v.normal, direction);
+    if (v.double_sided)
+        towards = abs(towards);
+    return smoothstep(0.1, 0.6, towards + 0.8 * max(0.9 - length(v.normal), 0.0));
+}
+
+// (tau S, tau) as a ray along `direction` sees it.
+vec4 leaf_seen(uvec2 word, vec3 direction)
+{
+    leaf_value v = leaf_unpack(word);
+    float depth = v.depth * leaf_facing(v, direction);
+    return vec4(v.radiance * depth, depth);
+}
+
+const vec3 NODE_DIRECTIONS[6] = vec3[6](vec3(1, 0, 0), vec3(-1, 0, 0), vec3(0, 1, 0), vec3(0, -1, 0), vec3(0, 0, 1), vec3(0, 0, -1));
+
+node_value node_of_leaf(uvec2 word)
+{
+    leaf_value v = leaf_unpack(word);
+    node_value n;
+    n.radiance = v.radiance;
+    for (int i = 0; i < 6; i++)
+        n.depth[i] = v.depth > 0.0 ? v.depth * leaf_facing(v, NODE_DIRECTIONS[i]) : 0.0;
+    return n;
 }
 
 uvec2 node_pack(node_value n)
 {
-    uvec3 d = uvec3(round(clamp(n.depth / FULL_DEPTH, 0.0, 1.0) * 1023.0));
-    return uvec2(rgb9e5_pack(n.radiance), d.x | d.y << 10 | d.z << 20);
+    uint depths = 0u;
+    for (int i = 0; i < 6; i++)
+        depths |= uint(round(clamp(n.depth[i] / FULL_DEPTH, 0.0, 1.0) * 31.0)) << (5 * i);
+    return uvec2(rgb9e5_pack(n.radiance), depths);
 }
 
 node_value node_unpack(uvec2 w)
 {
-    return node_value(rgb9e5_unpack(w.x), vec3(w.y & 1023u, (w.y >> 10) & 1023u, (w.y >> 20) & 1023u) * (FULL_DEPTH / 1023.0));
+    node_value n;
+    n.radiance = rgb9e5_unpack(w.x);
+    for (int i = 0; i < 6; i++)
+        n.depth[i] = float((w.y >> (5 * i)) & 31u) * (FULL_DEPTH / 31.0);
+    return n;
+}
+
+// The same, when only the depth along one ray is wanted: its three directions weighted by `weight` = abs(direction).
+vec4 node_seen(uvec2 w, vec3 direction, vec3 weight)
+{
+    uvec3 shift = mix(uvec3(0u, 10u, 20u), uvec3(5u, 15u, 25u), lessThan(direction, vec3(0.0)));
+    float depth = dot(vec3((uvec3(w.y) >> shift) & 31u), weight) * (FULL_DEPTH / 31.0);
+    return vec4(rgb9e5_unpack(w.x) * depth, depth);
 }
 
 // What two cells in a row show to a ray that meets `front` first: light (xyz) and opacity (w).

@@ -16,7 +16,8 @@ vec3 view_direction(vec3 p_ws)
     return view_is_orthographic() ? kd_view.forward_ws.xyz : normalize(p_ws - kd_view.position_ws.xyz);
 }
 
-/* Distance along the viewing axis [m] of a depth buffer value 0 … 1: the projection's third row solved for z. */
+/* Distance along the viewing axis [m] of a depth buffer value 0 … 1: the projection's third row solved for
+ * z. */
 float view_depth(float depth)
 {
     mat4 p = kd_view.projection;
@@ -24,8 +25,9 @@ float view_depth(float depth)
     return -(p[3][2] - z_ndc * p[3][3]) / (z_ndc * p[2][3] - p[2][2]);
 }
 
-/* World position of a depth buffer value at `uv` (0 … 1, row 0 at the bottom). The inverse matrix gives the ray alone and
- * the projection its length: a point unprojected as a whole loses centimetres a hundred metres away. */
+/* World position of a depth buffer value at `uv` (0 … 1, row 0 at the bottom). The inverse matrix gives the
+ * ray alone and the projection its length: a point unprojected as a whole loses centimetres a hundred metres
+ * away. */
 vec3 view_position(vec2 uv, float depth)
 {
     vec4 far = kd_view.inverse_view_projection * vec4(uv * 2.0 - 1.0, 1.0, 1.0);

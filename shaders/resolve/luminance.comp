@@ -1,5 +1,5 @@
-/* Sums log2 of the luminance over 16x16 pixels, black ones left out. Halving sums in a fixed order, so that every run gives
- * the same bits. */
+/* Sums log2 of the luminance over 16x16 pixels, black ones left out. Halving sums in a fixed order, so that
+ * every run gives the same bits. */
 
 #include "shaders/include/color.glsl"
 

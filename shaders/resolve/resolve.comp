@@ -1,8 +1,8 @@
-/* Adds up what reaches the eye from each pixel: emission, light straight from the lights, and the gathered light. Writes the
- * radiance of the chosen view and, with LDR, its picture; row 0 on top.
+/* Adds up what reaches the eye from each pixel: emission, light straight from the lights, and the gathered
+ * light. Writes the radiance of the chosen view and, with LDR, its picture; row 0 on top.
  *
- * SHOW (KD_SHOW_*), DIRECTIONAL and LOCAL (kinds of light there are) are known when compiling: software drivers run both
- * sides of a branch, and a loop's body once even when it has nothing to do. */
+ * SHOW (KD_SHOW_*), DIRECTIONAL and LOCAL (kinds of light there are) are known when compiling: software
+ * drivers run both sides of a branch, and a loop's body once even when it has nothing to do. */
 
 #include "shaders/resolve/screen.glsl"
 #include "shaders/include/gbuffer.glsl"
@@ -36,8 +36,8 @@ vec3 direct_light(surface s, vec3 v)
     return sum;
 }
 
-/* Light from all around: rgb irradiance / pi, a ambient visibility. Without GI the sky shines everywhere, unoccluded; with it
- * the cones have added the sky already. */
+/* Light from all around: rgb irradiance / pi, a ambient visibility. Without GI the sky shines everywhere,
+ * unoccluded; with it the cones have added the sky already. */
 vec4 gathered_diffuse(ivec2 pixel)
 {
     return params.mode.z != 0u ? texelFetch(gi_diffuse, pixel, 0) : vec4(kd_lights.ambient.rgb, 1.0);

@@ -37,7 +37,7 @@
 
 /* Words of an attribute sum, fixed point, one sum per occupied cell of a layer:
  *   0 weight (255 a voxel that covers the cell), 1-3 albedo (linear, 8 bit x weight), 4-6 normal (snorm8 x weight, signed),
- *   7-9 emission (KD_EMISSION_ONE is the brightest of the scene, x weight / 255), 10 weight of double-sided voxels */
+ *   7-9 emission (KD_EMISSION_ONE is the brightest of the scene, x weight / 255), 10 weight of double-sided voxels, 11 weight of emissive ones */
 #define KD_SUM_WORDS 12u
 #define KD_EMISSION_ONE 4095.0
 
@@ -80,10 +80,13 @@ struct kd_tree_params {
     uvec4 data_offset;   /* x: level 7, y: 8 …: first entry of the level's filtered data */
     uvec4 capacity;      /* x: leaf parents, y: interior nodes a level, z: dynamic sums, w: static leaves */
     /* ---- 128 */
-    vec4 light;          /* x: radiance of KD_EMISSION_ONE, y: bounces, zw: 0 */
+    vec4 light;          /* x: radiance of KD_EMISSION_ONE */
     /* ---- 144 */
+    vec4 centre;         /* xyz: common centre of the cascades ws, w: 1 / half the edge of the finest */
+    vec4 atlas;          /* xyz: 1 / size of the atlas of dense levels */
+    /* ---- 176 */
 };
-KD_LAYOUT_CHECK(kd_tree_params, 144)
+KD_LAYOUT_CHECK(kd_tree_params, 176)
 
 /* Counters of the build (words of the counter buffer). */
 #define KD_COUNT_STATIC 0       /* occupied cells of the static layer */

@@ -11,7 +11,7 @@ node_value child[8];
 void load_leaves(uint node)
 {
     for (uint i = 0u; i < 8u; i++)
-        child[i] = leaf_value(leaves[node * 8u + i]);
+        child[i] = node_of_leaf(leaves[node * 8u + i]);
 }
 
 void load_nodes(uint node, uint first_slot, uint first_data)
@@ -19,7 +19,7 @@ void load_nodes(uint node, uint first_slot, uint first_data)
     for (uint i = 0u; i < 8u; i++) {
         uint word = nodes[first_slot + node * 8u + i];
         if (word == KD_EMPTY)
-            child[i] = node_value(vec3(0.0), vec3(0.0));
+            child[i] = node_value(vec3(0.0), float[6](0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
         else
             child[i] = node_unpack(data[first_data + word]);
     }
@@ -28,12 +28,13 @@ void load_nodes(uint node, uint first_slot, uint first_data)
 // What a ray along `axis` (0 x, 1 y, 2 z), backwards when `reverse`, sees of the eight: (tau S, tau).
 vec4 along(uint axis, bool reverse)
 {
+    uint direction = 2u * axis + uint(reverse);
     uint step = 1u << axis, a = 1u << ((axis + 1u) % 3u), b = 1u << ((axis + 2u) % 3u);
     vec4 sum = vec4(0.0);
     for (uint k = 0u; k < 4u; k++) {
         uint low = (k & 1u) * a + (k >> 1) * b;
         uint front = reverse ? low + step : low, back = reverse ? low : low + step;
-        sum += behind(child[front].radiance, child[front].depth[axis], child[back].radiance, child[back].depth[axis]);
+        sum += behind(child[front].radiance, child[front].depth[direction], child[back].radiance, child[back].depth[direction]);
     }
     return column_mean(sum);
 }

@@ -1,4 +1,4 @@
-// Filter, sparse levels: a node's optical depth by axis and its mean radiance from its eight children. Radiance is the
+// Filter, sparse levels: a node's optical depth by direction and its mean radiance from its eight children. Radiance is the
 // mean of what the six directions see, so a thin wall keeps the colours of both its sides in equal parts.
 layout(local_size_x = 64) in;
 
@@ -16,11 +16,12 @@ void main()
         load_leaves(node);
     else
         load_nodes(node, below.y, below.z);
-    node_value n = node_value(vec3(0.0), vec3(0.0));
+    node_value n;
     vec4 seen = vec4(0.0);
     for (uint axis = 0u; axis < 3u; axis++) {
         vec4 forth = along(axis, false), back = along(axis, true);
-        n.depth[axis] = forth.a;
+        n.depth[2u * axis] = forth.a;
+        n.depth[2u * axis + 1u] = back.a;
         seen += forth + back;
     }
     n.radiance = seen.a > 0.0 ? seen.rgb / seen.a : vec3(0.0);

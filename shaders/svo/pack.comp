@@ -21,7 +21,8 @@ void main()
     cell_attributes a;
     a.albedo = vec3(sums[at + 1u], sums[at + 2u], sums[at + 3u]) * (inverse / 1023.0);
     a.normal = vec3(int(sums[at + 4u]), int(sums[at + 5u]), int(sums[at + 6u])) * (inverse / 127.0);
-    a.emission = vec3(sums[at + 7u], sums[at + 8u], sums[at + 9u]) * (256.0 * inverse / KD_EMISSION_ONE);
+    // A lamp that shares its cell with the ceiling shines as brightly as one that does not.
+    a.emission = vec3(sums[at + 7u], sums[at + 8u], sums[at + 9u]) * (256.0 / (KD_EMISSION_ONE * float(max(sums[at + 11u], 256u))));
     a.double_sided = float(sums[at + 10u]) * inverse;
     a.weight = sums[at];
     attributes[cell] = cell_attributes_pack(a);

@@ -1,5 +1,6 @@
-/* System resolve: adds up emitted, direct and indirect light into kd_picture, or shows one of them alone. One pass does it
- * all, since reading the G-buffer costs as much as shading. Programs are made for the view and the lights there are. */
+/* System resolve: adds up emitted, direct and indirect light into kd_picture, or shows one of them alone. One
+ * pass does it all, since reading the G-buffer costs as much as shading. Programs are made for the view and
+ * the lights there are. */
 
 #include "systems/resolve/resolve.h"
 
@@ -11,10 +12,12 @@
 
 _Static_assert((unsigned)KD_VIEW_FINAL == KD_SHOW_FINAL && (unsigned)KD_VIEW_DIRECT == KD_SHOW_DIRECT &&
                    (unsigned)KD_VIEW_INDIRECT == KD_SHOW_INDIRECT && (unsigned)KD_VIEW_AO == KD_SHOW_AO &&
-                   (unsigned)KD_VIEW_SPECULAR == KD_SHOW_SPECULAR && (unsigned)KD_VIEW_ALBEDO == KD_SHOW_ALBEDO &&
-                   (unsigned)KD_VIEW_NORMAL == KD_SHOW_NORMAL && (unsigned)KD_VIEW_DEPTH == KD_SHOW_DEPTH,
+                   (unsigned)KD_VIEW_SPECULAR == KD_SHOW_SPECULAR &&
+                   (unsigned)KD_VIEW_ALBEDO == KD_SHOW_ALBEDO && (unsigned)KD_VIEW_NORMAL == KD_SHOW_NORMAL &&
+                   (unsigned)KD_VIEW_DEPTH == KD_SHOW_DEPTH,
                "shaders number the views as kd_view_mode does");
-_Static_assert((unsigned)KD_TONEMAP_ACES == KD_CURVE_ACES && (unsigned)KD_TONEMAP_REINHARD == KD_CURVE_REINHARD &&
+_Static_assert((unsigned)KD_TONEMAP_ACES == KD_CURVE_ACES &&
+                   (unsigned)KD_TONEMAP_REINHARD == KD_CURVE_REINHARD &&
                    (unsigned)KD_TONEMAP_LINEAR == KD_CURVE_LINEAR,
                "shaders number the curves as kd_tonemap does");
 
@@ -33,20 +36,23 @@ static bool has_gi(kd_system_context *context)
 {
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     const kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
-    return frame->gi != KD_GI_NONE && gi->diffuse.id != 0 && gi->width == frame->width && gi->height == frame->height;
+    return frame->gi != KD_GI_NONE && gi->diffuse.id != 0 && gi->width == frame->width &&
+           gi->height == frame->height;
 }
 
 struct kd_resolve_params resolve_params(kd_system_context *context)
 {
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
-    return (struct kd_resolve_params){.mode = {0, (uint32_t)frame->settings.view_tonemap, has_gi(context) ? 1 : 0, 0}};
+    return (struct kd_resolve_params){
+        .mode = {0, (uint32_t)frame->settings.view_tonemap, has_gi(context) ? 1 : 0, 0}};
 }
 
 bool resolve_measures(kd_system_context *context)
 {
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     uint32_t view = shown_view(frame);
-    bool light = view == KD_VIEW_FINAL || view == KD_VIEW_DIRECT || view == KD_VIEW_INDIRECT || view == KD_VIEW_SPECULAR;
+    bool light = view == KD_VIEW_FINAL || view == KD_VIEW_DIRECT || view == KD_VIEW_INDIRECT ||
+                 view == KD_VIEW_SPECULAR;
     return light && frame->settings.view_auto_exposure;
 }
 
@@ -62,8 +68,11 @@ static void ensure_picture(kd_gpu *gpu, kd_picture *p, const kd_frame *frame)
     if (p->width == frame->width && p->height == frame->height)
         return;
     destroy_picture(gpu, p);
-    kd_gpu_texture_desc desc = {
-        .format = KD_RGBA16F, .width = frame->width, .height = frame->height, .filter = KD_NEAREST, .name = "picture hdr"};
+    kd_gpu_texture_desc desc = {.format = KD_RGBA16F,
+                                .width = frame->width,
+                                .height = frame->height,
+                                .filter = KD_NEAREST,
+                                .name = "picture hdr"};
     p->hdr = kd_gpu_make_texture(gpu, &desc);
     desc.format = KD_RGBA8;
     desc.name = "picture";
@@ -84,7 +93,8 @@ static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, b
         defines[count++] = "LOCAL";
     if (ldr)
         defines[count] = "LDR";
-    return kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/resolve/resolve.comp", .defines = defines});
+    return kd_gpu_make_program(
+        gpu, &(kd_gpu_program_desc){.compute = "shaders/resolve/resolve.comp", .defines = defines});
 }
 
 static kd_gpu_program find_program(kd_system_context *context, resolve_state *s)
@@ -121,8 +131,9 @@ static kd_status resolve_init(kd_system_context *context)
 {
     static const uint16_t texel[4] = {0};
     resolve_state *s = context->user;
-    s->black = kd_gpu_make_texture(context->gpu, &(kd_gpu_texture_desc){.format = KD_RGBA16F, .width = 1, .height = 1,
-                                                                        .data = texel, .name = "black"});
+    s->black = kd_gpu_make_texture(
+        context->gpu, &(kd_gpu_texture_desc){
+                          .format = KD_RGBA16F, .width = 1, .height = 1, .data = texel, .name = "black"});
     return s->black.id != 0 ? KD_OK : KD_GPU;
 }
 
@@ -149,7 +160,8 @@ static void resolve_run(kd_system_context *context)
     struct kd_resolve_params params = resolve_params(context);
     bind_scene(context);
     kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, gi_is_there ? gi->diffuse : s->black);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR, gi_is_there && gi->specular.id != 0 ? gi->specular : s->black);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR,
+                        gi_is_there && gi->specular.id != 0 ? gi->specular : s->black);
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_gpu_bind_image(gpu, 0, picture->hdr, 0, KD_IMAGE_WRITE, KD_RGBA16F);
     kd_gpu_bind_image(gpu, 1, picture->ldr, 0, KD_IMAGE_WRITE, KD_RGBA8);
@@ -163,29 +175,53 @@ static uint64_t pixel_bytes(const kd_system_context *context, uint64_t bytes)
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     return (uint64_t)frame->width * frame->height * bytes;
 }
-static uint64_t resolve_bytes(const kd_system_context *context) { return pixel_bytes(context, 28 + 16 + 8 + 4); }
-static uint64_t tonemap_bytes(const kd_system_context *context) { return pixel_bytes(context, 8 + 4); }
+static uint64_t resolve_bytes(const kd_system_context *context)
+{
+    return pixel_bytes(context, 28 + 16 + 8 + 4);
+}
+static uint64_t tonemap_bytes(const kd_system_context *context)
+{
+    return pixel_bytes(context, 8 + 4);
+}
 
 kd_status kd_resolve_import(kd_schedule *schedule)
 {
     resolve_state *state = calloc(1, sizeof *state);
     if (state == NULL)
         return kd_fail(KD_NO_MEMORY, "resolve: no memory for its state; free some");
-    kd_status status = kd_schedule_add(schedule, &(kd_system_desc){
-        .name = "resolve", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
-        .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer), KD_USES(kd_gi_targets),
-                       KD_CHANGES(kd_picture)},
-        .resources = {{"gbuffer", KD_USE_SAMPLED}, {"shadow.maps", KD_USE_SAMPLED}, {"lights.uniform", KD_USE_UNIFORM},
-                      {"gi", KD_USE_SAMPLED}, {"picture", KD_USE_IMAGE_WRITE}},
-        .init = resolve_init, .run = resolve_run, .fini = resolve_fini, .bytes_moved = resolve_bytes, .user = state});
+    kd_status status = kd_schedule_add(
+        schedule,
+        &(kd_system_desc){.name = "resolve",
+                          .phase = KD_PHASE_RESOLVE,
+                          .where = KD_ON_GPU,
+                          .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer),
+                                         KD_USES(kd_gi_targets), KD_CHANGES(kd_picture)},
+                          .resources = {{"gbuffer", KD_USE_SAMPLED},
+                                        {"shadow.maps", KD_USE_SAMPLED},
+                                        {"lights.uniform", KD_USE_UNIFORM},
+                                        {"gi", KD_USE_SAMPLED},
+                                        {"picture", KD_USE_IMAGE_WRITE}},
+                          .init = resolve_init,
+                          .run = resolve_run,
+                          .fini = resolve_fini,
+                          .bytes_moved = resolve_bytes,
+                          .user = state});
     if (status != KD_OK) {
         free(state);
         return status;
     }
-    return kd_schedule_add(schedule, &(kd_system_desc){
-        .name = "tonemap", .phase = KD_PHASE_RESOLVE, .where = KD_ON_GPU,
-        .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gi_targets), KD_USES(kd_picture)},
-        .resources = {{"lights.uniform", KD_USE_UNIFORM}, {"picture", KD_USE_SAMPLED | KD_USE_IMAGE_WRITE}},
-        .init = resolve_tonemap_init, .run_if = resolve_measures, .run = resolve_tonemap_run,
-        .fini = resolve_tonemap_fini, .bytes_moved = tonemap_bytes, .user = state});
+    return kd_schedule_add(schedule,
+                           &(kd_system_desc){.name = "tonemap",
+                                             .phase = KD_PHASE_RESOLVE,
+                                             .where = KD_ON_GPU,
+                                             .components = {KD_USES(kd_frame), KD_USES(kd_lighting),
+                                                            KD_USES(kd_gi_targets), KD_USES(kd_picture)},
+                                             .resources = {{"lights.uniform", KD_USE_UNIFORM},
+                                                           {"picture", KD_USE_SAMPLED | KD_USE_IMAGE_WRITE}},
+                                             .init = resolve_tonemap_init,
+                                             .run_if = resolve_measures,
+                                             .run = resolve_tonemap_run,
+                                             .fini = resolve_tonemap_fini,
+                                             .bytes_moved = tonemap_bytes,
+                                             .user = state});
 }

@@ -5,6 +5,8 @@
 
 #define ATLAS_WIDTH (6 * KD_DENSE)
 
+static uint32_t atlas_depth(uint32_t cascades) { return cascades * KD_DENSE + KD_DENSE / 2; }
+
 static kd_status make_buffer(kd_gpu *gpu, kd_gpu_buffer *out, size_t size, const char *name)
 {
     *out = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = size, .zeroed = true, .name = name});
@@ -27,7 +29,7 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
                                                                  .format = KD_RGBA16F,
                                                                  .width = ATLAS_WIDTH,
                                                                  .height = KD_DENSE,
-                                                                 .depth = n * KD_DENSE + KD_DENSE / 2,
+                                                                 .depth = atlas_depth(n),
                                                                  .filter = KD_LINEAR,
                                                                  .name = "tree.radiance"});
     if (!svo->atlas.id)
@@ -94,8 +96,11 @@ void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scen
     struct kd_tree_params p = {
         .info = {svo->cascades, scene->resolution, svo->leaf_level, svo->leaf_level - KD_DENSE_LOG2},
         .capacity = {svo->node_capacity, svo->node_capacity, svo->dynamic_capacity, svo->static_capacity},
-        .light = {scene->brightest_emission, 1, 0, 0},
+        .light = {scene->brightest_emission, 0, 0, 0},
+        .atlas = {1.0f / ATLAS_WIDTH, 1.0f / KD_DENSE, 1.0f / (float)atlas_depth(svo->cascades), 0},
     };
+    float half = 0.5f * (float)scene->resolution * scene->span[0];
+    p.centre = (kd_gl_vec4){scene->origin_ws[0].x + half, scene->origin_ws[0].y + half, scene->origin_ws[0].z + half, 1 / half};
     for (uint32_t c = 0; c < svo->cascades; c++)
         p.cascade[c] = (kd_gl_vec4){scene->origin_ws[c].x, scene->origin_ws[c].y, scene->origin_ws[c].z, scene->span[c]};
     p.node_offset = (kd_gl_uvec4){0, 8 * svo->node_capacity, 16 * svo->node_capacity, 0};
