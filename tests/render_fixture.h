@@ -1,8 +1,9 @@
 #ifndef KD_TESTS_RENDER_FIXTURE_H
 #define KD_TESTS_RENDER_FIXTURE_H
 
-/* For tests that render: a world with the systems from draw list to picture, shapes and lights in one call each, and the
- * picture's pixels as floats, row 0 on top. With KD_TEST_PICTURES=FOLDER each picture is also written there as a .ppm. */
+/* For tests that render: a world with the systems from draw list to picture, shapes and lights in one call
+ * each, and the picture's pixels as floats, row 0 on top. With KD_TEST_PICTURES=FOLDER each picture is also
+ * written there as a .ppm. */
 
 #include <math.h>
 #include <setjmp.h>
@@ -42,8 +43,8 @@ typedef struct render {
     kd_schedule *schedule;
     kd_frame *frame;
     bool ready;
-    float *hdr;         /* [height][width][4] of the last picture */
-    uint8_t *ldr;       /* [height][width][4] */
+    float *hdr;   /* [height][width][4] of the last picture */
+    uint8_t *ldr; /* [height][width][4] */
     char warnings[4096];
     int pictures;
 } render;
@@ -77,8 +78,8 @@ static inline int render_setup(void **state)
     r->world = kd_world_make();
     assert_true(r->jobs != NULL && r->world != NULL);
     r->frame = kd_singleton(r->world, kd_frame);
-    *r->frame = (kd_frame){.width = 160, .height = 120, .dt_s = 1.0f / 30, .gi = KD_GI_NONE,
-                           .settings = kd_settings_defaults()};
+    *r->frame = (kd_frame){
+        .width = 160, .height = 120, .dt_s = 1.0f / 30, .gi = KD_GI_NONE, .settings = kd_settings_defaults()};
     r->frame->settings.view_tonemap = KD_TONEMAP_LINEAR;
     r->schedule = kd_schedule_make(r->world, r->jobs, r->gpu);
     assert_non_null(r->schedule);
@@ -137,22 +138,27 @@ static inline kd_entity render_camera(render *r, kd_vec3 eye, kd_vec3 target, fl
                     KD_TAG(kd_world_transform));
 }
 
-/* An orthographic camera above the origin looks down; x to the right, -z up in the picture, `half_height` metres each way. */
+/* An orthographic camera above the origin looks down; x to the right, -z up in the picture, `half_height`
+ * metres each way. */
 static inline kd_entity render_top_camera(render *r, float half_height)
 {
-    return kd_spawn(r->world, KD_VAL(kd_camera, {.orthographic = true, .y_mag = half_height, .z_near = 0.1f, .z_far = 40}),
-                    KD_VAL(kd_transform, {{0, 20, 0}, {-sqrtf(0.5f), 0, 0, sqrtf(0.5f)}, {1, 1, 1}}),
-                    KD_TAG(kd_world_transform));
+    return kd_spawn(
+        r->world,
+        KD_VAL(kd_camera, {.orthographic = true, .y_mag = half_height, .z_near = 0.1f, .z_far = 40}),
+        KD_VAL(kd_transform, {{0, 20, 0}, {-sqrtf(0.5f), 0, 0, sqrtf(0.5f)}, {1, 1, 1}}),
+        KD_TAG(kd_world_transform));
 }
 
 static inline kd_entity render_light(render *r, kd_light light, kd_vec3 position, kd_vec3 direction)
 {
     return kd_spawn(r->world, (kd_value){&kd_light_desc, &light},
-                    KD_VAL(kd_transform, {position, render_look(direction), {1, 1, 1}}), KD_TAG(kd_world_transform));
+                    KD_VAL(kd_transform, {position, render_look(direction), {1, 1, 1}}),
+                    KD_TAG(kd_world_transform));
 }
 
-static inline kd_entity render_shape(render *r, kd_shape shape, kd_vec3 size, const kd_material_desc *material,
-                                     kd_vec3 position, kd_quat rotation, kd_vec3 scale)
+static inline kd_entity render_shape(render *r, kd_shape shape, kd_vec3 size,
+                                     const kd_material_desc *material, kd_vec3 position, kd_quat rotation,
+                                     kd_vec3 scale)
 {
     kd_model *model;
     uint32_t number;
@@ -200,7 +206,8 @@ static inline void render_write_ppm(render *r, const char *folder, const char *n
     fclose(file);
 }
 
-/* Run one frame and read its picture. Anything that was logged, or that failed on the device, fails the test. */
+/* Run one frame and read its picture. Anything that was logged, or that failed on the device, fails the test.
+ */
 static inline void render_frame(render *r, const char *name)
 {
     if (!r->ready)
@@ -236,7 +243,8 @@ static inline const float *render_pixel(const render *r, uint32_t x, uint32_t y)
     return r->hdr + ((size_t)y * r->frame->width + x) * 4;
 }
 
-/* Assert that a pixel's channels are within `tolerance` (relative to what is expected, at least 1e-3 absolute). */
+/* Assert that a pixel's channels are within `tolerance` (relative to what is expected, at least 1e-3
+ * absolute). */
 static inline void render_expect(const render *r, uint32_t x, uint32_t y, kd_vec3 expected, float tolerance)
 {
     const float *p = render_pixel(r, x, y), *e = &expected.x;

@@ -14,7 +14,7 @@ layout(location = 1) out uvec4 out_normal;
 layout(location = 2) out vec4 out_material;
 layout(location = 3) out vec4 out_emissive;
 
-/* Normal map into world space. The tangent is made orthogonal again, since interpolation and shear bend it. */
+/* Normal map into world space. The tangent is made orthogonal again: interpolation and shear bend it. */
 vec3 shading_normal(vec3 n)
 {
 #if (MATERIAL_MAPS & 4)

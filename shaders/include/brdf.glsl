@@ -65,7 +65,8 @@ vec2 brdf_env(float roughness, float n_dot_v)
     float r = roughness, q = 1.0 - n_dot_v;
     float lost = (0.3300 - 0.2205 * r) + n_dot_v * ((2.0329 * r - 0.7633) + n_dot_v * (0.1172 - 0.7865 * r));
     float kept = clamp(1.0 - r * lost, 0.0, 1.0);
-    float y = q * q * q * ((0.0643 + r * (0.6969 - 0.8376 * r)) + q * q * (1.0273 + r * (2.2688 * r - 3.1527)));
+    float y3 = 0.0643 + r * (0.6969 - 0.8376 * r), y5 = 1.0273 + r * (2.2688 * r - 3.1527);
+    float y = q * q * q * (y3 + q * q * y5);
     y = clamp(y, 0.0, kept);
     return vec2(kept - y, y);
 }

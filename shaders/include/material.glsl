@@ -23,7 +23,8 @@ layout(binding = KD_UNIT_OCCLUSION) uniform sampler2D material_occlusion_map;
 vec2 material_uv(uint index, vec4 uv)
 {
     vec3 p = vec3((kd_material.maps.y >> index & 1u) != 0u ? uv.zw : uv.xy, 1.0);
-    return vec2(dot(kd_material.uv_transform[index * 2u].xyz, p), dot(kd_material.uv_transform[index * 2u + 1u].xyz, p));
+    return vec2(dot(kd_material.uv_transform[index * 2u].xyz, p),
+                dot(kd_material.uv_transform[index * 2u + 1u].xyz, p));
 }
 
 /* Linear colour and opacity, vertex colour included. */

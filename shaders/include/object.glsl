@@ -7,7 +7,10 @@
 
 layout(std430, binding = 0) readonly buffer objects_block { kd_object objects[]; };
 
-vec3 object_position(uint object, vec3 position) { return (objects[object].model_ws * vec4(position, 1.0)).xyz; }
+vec3 object_position(uint object, vec3 position)
+{
+    return (objects[object].model_ws * vec4(position, 1.0)).xyz;
+}
 vec3 object_direction(uint object, vec3 direction) { return mat3(objects[object].model_ws) * direction; }
 
 vec3 object_normal(uint object, vec3 n)

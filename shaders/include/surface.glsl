@@ -3,12 +3,13 @@
 
 /* A point of a visible surface, and how the G-buffer keeps it:
  *
- * albedo    RGBA8    rgb: square root of the albedo (dark tones get their steps), a: occlusion of the
- * material's map normal    RGBA16UI xy: shading normal, zw: the mesh's own normal; octahedral, 16 bits each
- * material  RGBA8    r: metallic, g: roughness, b: 1 when unlit, a: 0 emissive  RGBA16F  rgb: radiance, up
- * to 65504; a: 0 depth     32F      of the depth test; 1 where nothing was drawn
+ *   albedo    RGBA8    rgb: square root of the albedo, since dark tones need the steps; a: occlusion map
+ *   normal    RGBA16UI xy: shading normal, zw: the mesh's own normal; octahedral, 16 bits each
+ *   material  RGBA8    r: metallic, g: roughness, b: 1 when unlit, a: 0
+ *   emissive  RGBA16F  rgb: radiance, up to 65504; a: 0
+ *   depth     32F      of the depth test; 1 where nothing was drawn
  *
- * Row 0 is the bottom of the picture, as GL draws it; gl_FragCoord.xy, texelFetch and the GI targets agree. */
+ * Row 0 is the picture's bottom, as GL draws it; gl_FragCoord.xy, texelFetch and the GI targets agree. */
 
 struct surface {
     vec3 position_ws;
@@ -34,7 +35,7 @@ struct packed_surface {
 vec2 octahedral_sign(vec2 v) { return vec2(v.x >= 0.0 ? 1.0 : -1.0, v.y >= 0.0 ? 1.0 : -1.0); }
 
 /* Unit vector to a point of the square 0 … 65535.
- * Source  Cigolle et al. 2014, A Survey of Efficient Representations for Independent Unit Vectors, section 3 */
+ * Source  Cigolle et al. 2014, A Survey of Efficient Representations for Independent Unit Vectors, 3 */
 uvec2 octahedral_encode(vec3 n)
 {
     vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));

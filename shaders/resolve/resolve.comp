@@ -24,13 +24,15 @@ vec3 direct_light(surface s, vec3 v)
 #ifdef DIRECTIONAL
     for (uint i = 0u; i < light_directional_count(); i++) {
         vec3 irradiance = light_sample(i, s.position_ws, to_light);
-        sum += irradiance * brdf_direct(s, v, to_light) * light_shadow_directional(i, s.position_ws, s.face_normal_ws);
+        sum += irradiance * brdf_direct(s, v, to_light) *
+               light_shadow_directional(i, s.position_ws, s.face_normal_ws);
     }
 #endif
 #ifdef LOCAL
     for (uint i = light_directional_count(); i < light_count(); i++) {
         vec3 irradiance = light_sample(i, s.position_ws, to_light);
-        sum += irradiance * brdf_direct(s, v, to_light) * light_shadow_local(i, s.position_ws, s.face_normal_ws);
+        sum += irradiance * brdf_direct(s, v, to_light) *
+               light_shadow_local(i, s.position_ws, s.face_normal_ws);
     }
 #endif
     return sum;
@@ -51,7 +53,10 @@ vec3 indirect_diffuse(surface s, ivec2 pixel)
 {
     return brdf_diffuse_albedo(s) * gathered_diffuse(pixel).rgb * s.occlusion;
 }
-vec3 indirect_specular(surface s, vec3 v, ivec2 pixel) { return brdf_env_specular(s, v) * gathered_specular(pixel); }
+vec3 indirect_specular(surface s, vec3 v, ivec2 pixel)
+{
+    return brdf_env_specular(s, v) * gathered_specular(pixel);
+}
 
 /* The light that the view shows, of a surface that is not unlit. */
 vec3 shaded(surface s, vec3 v, ivec2 pixel)
@@ -79,7 +84,10 @@ vec3 foreground(surface s, ivec2 pixel)
     return emitted + (s.unlit ? vec3(0.0) : light);
 }
 
-vec3 background() { return show == KD_SHOW_FINAL || show == KD_SHOW_DIRECT ? kd_lights.ambient.rgb : vec3(0.0); }
+vec3 background()
+{
+    return show == KD_SHOW_FINAL || show == KD_SHOW_DIRECT ? kd_lights.ambient.rgb : vec3(0.0);
+}
 
 void main()
 {

@@ -14,7 +14,10 @@ vec3 screen_tonemap(vec3 c, uint curve)
 }
 
 /* Pictures of light. */
-vec3 screen_light(vec3 c, float exposure, uint curve) { return color_srgb_encode(screen_tonemap(c * exposure, curve)); }
+vec3 screen_light(vec3 c, float exposure, uint curve)
+{
+    return color_srgb_encode(screen_tonemap(c * exposure, curve));
+}
 
 /* Any view: what is not light skips exposure and curve. */
 vec3 screen_view(vec3 c, uint show, float exposure, uint curve)

@@ -21,7 +21,7 @@
 
 /* Uniform block KD_BIND_PASS of the passes that make the picture. */
 struct kd_resolve_params {
-    uvec4 mode; /* x: 0, y: KD_CURVE_*, z: 1 when the GI targets hold this frame's light, w: groups of luminance */
+    uvec4 mode; /* x: 0, y: KD_CURVE_*, z: 1 when the GI targets hold light, w: groups of luminance */
     /* ---- 16 */
 };
 KD_LAYOUT_CHECK(kd_resolve_params, 16)

@@ -1,5 +1,5 @@
-/* Fills the G-buffer: every batch of the draw list that touches the view, one set of parameters and one draw call each.
- * Programs are made for the maps a material has, when the first such material is drawn. */
+/* Fills the G-buffer: every batch of the draw list that touches the view, one set of parameters and one draw
+ * call each. Programs are made for the maps a material has, when the first such material is drawn. */
 
 #include "systems/deferred/deferred.h"
 
@@ -15,7 +15,11 @@
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
 
-enum { MAP_VARIANTS = 32, GEOMETRY_STRIDE = KD_GEOMETRY_WORDS * 4, ATTRIBUTE_STRIDE = KD_ATTRIBUTE_WORDS * 4 };
+enum {
+    MAP_VARIANTS = 32,
+    GEOMETRY_STRIDE = KD_GEOMETRY_WORDS * 4,
+    ATTRIBUTE_STRIDE = KD_ATTRIBUTE_WORDS * 4
+};
 
 typedef struct deferred_state {
     kd_gpu_program programs[MAP_VARIANTS][2]; /* by KD_MAP_* bits; [1]: masked */
@@ -24,10 +28,14 @@ typedef struct deferred_state {
     uint64_t drawn_triangles;
 } deferred_state;
 
-static kd_gpu_texture make_texture(kd_gpu *gpu, kd_texture_format format, const kd_frame *frame, const char *name)
+static kd_gpu_texture make_texture(kd_gpu *gpu, kd_texture_format format, const kd_frame *frame,
+                                   const char *name)
 {
-    return kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = format, .width = frame->width, .height = frame->height,
-                                                           .filter = KD_NEAREST, .name = name});
+    return kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = format,
+                                                           .width = frame->width,
+                                                           .height = frame->height,
+                                                           .filter = KD_NEAREST,
+                                                           .name = name});
 }
 
 static void destroy_gbuffer(kd_gpu *gpu, kd_gbuffer *g)
@@ -52,8 +60,10 @@ static void ensure_gbuffer(kd_gpu *gpu, kd_gbuffer *g, const kd_frame *frame)
     g->material = make_texture(gpu, KD_RGBA8, frame, "gbuffer material");
     g->emissive = make_texture(gpu, KD_RGBA16F, frame, "gbuffer emissive");
     g->depth = make_texture(gpu, KD_DEPTH32F, frame, "gbuffer depth");
-    g->target = kd_gpu_make_target(gpu, &(kd_gpu_target_desc){
-        .color = {g->albedo, g->normal, g->material, g->emissive}, .depth = g->depth, .name = "gbuffer"});
+    g->target = kd_gpu_make_target(
+        gpu, &(kd_gpu_target_desc){.color = {g->albedo, g->normal, g->material, g->emissive},
+                                   .depth = g->depth,
+                                   .name = "gbuffer"});
     g->width = frame->width;
     g->height = frame->height;
 }
@@ -64,8 +74,10 @@ static kd_gpu_program find_program(kd_gpu *gpu, deferred_state *s, uint32_t maps
         char define[32];
         snprintf(define, sizeof define, "MATERIAL_MAPS %u", maps);
         const char *defines[] = {define, masked ? "MASKED" : NULL, NULL};
-        s->programs[maps][masked] = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){
-            .vertex = "shaders/deferred/geometry.vert", .fragment = "shaders/deferred/geometry.frag", .defines = defines});
+        s->programs[maps][masked] =
+            kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.vertex = "shaders/deferred/geometry.vert",
+                                                            .fragment = "shaders/deferred/geometry.frag",
+                                                            .defines = defines});
         s->tried[maps][masked] = true;
     }
     return s->programs[maps][masked];
@@ -111,8 +123,13 @@ static kd_gpu_program bind_material(kd_gpu *gpu, deferred_state *s, const kd_sto
 /* Culling is part of a target's state; a change of it binds the target again, without clearing. */
 static void begin_raster(kd_gpu *gpu, const kd_gbuffer *g, kd_cull cull, bool clear)
 {
-    kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = g->target, .width = g->width, .height = g->height,
-                                              .depth_test = true, .depth_write = true, .cull = cull, .clear_depth = clear});
+    kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = g->target,
+                                              .width = g->width,
+                                              .height = g->height,
+                                              .depth_test = true,
+                                              .depth_write = true,
+                                              .cull = cull,
+                                              .clear_depth = clear});
 }
 
 static kd_cull batch_cull(const kd_draw_batch *batch, const kd_store_material *material)
@@ -122,8 +139,8 @@ static kd_cull batch_cull(const kd_draw_batch *batch, const kd_store_material *m
     return batch->mirrored ? KD_CULL_FRONT : KD_CULL_BACK;
 }
 
-static void draw_batches(kd_system_context *context, deferred_state *s, const kd_gbuffer *g, const kd_draw_indexed *args,
-                         const uint32_t *counts)
+static void draw_batches(kd_system_context *context, deferred_state *s, const kd_gbuffer *g,
+                         const kd_draw_indexed *args, const uint32_t *counts)
 {
     kd_gpu *gpu = context->gpu;
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
@@ -190,7 +207,8 @@ static uint64_t geometry_bytes(const kd_system_context *context)
     const kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
     const deferred_state *s = context->user;
     enum { TEXEL_BYTES = 4 + 8 + 4 + 8 + 4 };
-    return (uint64_t)g->width * g->height * TEXEL_BYTES + s->drawn_triangles * 3 * (GEOMETRY_STRIDE + ATTRIBUTE_STRIDE + 4);
+    return (uint64_t)g->width * g->height * TEXEL_BYTES +
+           s->drawn_triangles * 3 * (GEOMETRY_STRIDE + ATTRIBUTE_STRIDE + 4);
 }
 
 kd_status kd_deferred_import(kd_schedule *schedule)
@@ -198,14 +216,22 @@ kd_status kd_deferred_import(kd_schedule *schedule)
     deferred_state *s = calloc(1, sizeof *s);
     if (s == NULL)
         return kd_fail(KD_NO_MEMORY, "geometry: no memory for its state; free some");
-    kd_status status = kd_schedule_add(schedule, &(kd_system_desc){
-        .name = "geometry", .phase = KD_PHASE_GEOMETRY, .where = KD_ON_GPU,
-        .components = {KD_USES(kd_draw_list), KD_USES(kd_scene_store), KD_USES(kd_view), KD_USES(kd_frame),
-                       KD_USES(kd_lighting), KD_CHANGES(kd_gbuffer)},
-        .resources = {{"scene.vertices", KD_USE_VERTEX}, {"scene.indices", KD_USE_INDEX},
-                      {"scene.objects", KD_USE_STORAGE_READ | KD_USE_VERTEX}, {"lights.uniform", KD_USE_UNIFORM},
-                      {"gbuffer", KD_USE_TARGET}},
-        .run = geometry_run, .fini = geometry_fini, .bytes_moved = geometry_bytes, .user = s});
+    kd_status status = kd_schedule_add(
+        schedule,
+        &(kd_system_desc){.name = "geometry",
+                          .phase = KD_PHASE_GEOMETRY,
+                          .where = KD_ON_GPU,
+                          .components = {KD_USES(kd_draw_list), KD_USES(kd_scene_store), KD_USES(kd_view),
+                                         KD_USES(kd_frame), KD_USES(kd_lighting), KD_CHANGES(kd_gbuffer)},
+                          .resources = {{"scene.vertices", KD_USE_VERTEX},
+                                        {"scene.indices", KD_USE_INDEX},
+                                        {"scene.objects", KD_USE_STORAGE_READ | KD_USE_VERTEX},
+                                        {"lights.uniform", KD_USE_UNIFORM},
+                                        {"gbuffer", KD_USE_TARGET}},
+                          .run = geometry_run,
+                          .fini = geometry_fini,
+                          .bytes_moved = geometry_bytes,
+                          .user = s});
     if (status != KD_OK)
         free(s);
     return status;

@@ -212,7 +212,7 @@ kd_status kd_resolve_import(kd_schedule *schedule)
     }
     return kd_schedule_add(schedule,
                            &(kd_system_desc){.name = "tonemap",
-                                             .phase = KD_PHASE_RESOLVE,
+                                             .phase = KD_PHASE_VIEW,
                                              .where = KD_ON_GPU,
                                              .components = {KD_USES(kd_frame), KD_USES(kd_lighting),
                                                             KD_USES(kd_gi_targets), KD_USES(kd_picture)},

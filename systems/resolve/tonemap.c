@@ -1,5 +1,5 @@
-/* System tonemap: measures the picture and brings it to the screen with the exposure found. Runs only when the exposure is
- * automatic. Nothing comes back to the CPU: the exposure stays in a buffer. */
+/* System tonemap: measures the picture and brings it to the screen with the exposure found. Runs only when
+ * the exposure is automatic. Nothing comes back to the CPU: the exposure stays in a buffer. */
 
 #include "systems/resolve/internal.h"
 
@@ -14,9 +14,10 @@ kd_status resolve_tonemap_init(kd_system_context *context)
     s->tonemap = make_program(context->gpu, "shaders/resolve/tonemap.comp");
     s->luminance = make_program(context->gpu, "shaders/resolve/luminance.comp");
     s->exposure = make_program(context->gpu, "shaders/resolve/exposure.comp");
-    s->exposure_buffer = kd_gpu_make_buffer(
-        context->gpu, &(kd_gpu_buffer_desc){.size = sizeof(float), .name = "exposure"});
-    bool made = s->tonemap.id != 0 && s->luminance.id != 0 && s->exposure.id != 0 && s->exposure_buffer.id != 0;
+    s->exposure_buffer =
+        kd_gpu_make_buffer(context->gpu, &(kd_gpu_buffer_desc){.size = sizeof(float), .name = "exposure"});
+    bool made =
+        s->tonemap.id != 0 && s->luminance.id != 0 && s->exposure.id != 0 && s->exposure_buffer.id != 0;
     return made ? KD_OK : KD_GPU;
 }
 
@@ -30,7 +31,8 @@ void resolve_tonemap_fini(kd_system_context *context)
     kd_gpu_destroy_buffer(context->gpu, s->partials);
 }
 
-/* Measure this picture alone: what earlier frames showed must not matter. Hands the exposure on in the buffer. */
+/* Measure this picture alone: what earlier frames showed must not matter. Hands the exposure on in the
+ * buffer. */
 static void measure_exposure(kd_system_context *context, resolve_state *s, const kd_picture *picture,
                              const struct kd_resolve_params *params)
 {

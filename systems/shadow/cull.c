@@ -1,10 +1,10 @@
-/* Which draws each shadow layer needs, on the CPU: one pass over the boxes of all draws a layer. The results are indirect
- * arguments in layer order and runs over them: one run for everything opaque, one for each masked batch. */
+/* Which draws each shadow layer needs, on the CPU: one pass over the boxes of all draws a layer. The results
+ * are indirect arguments in layer order and runs over them: one run for everything opaque, one for each
+ * masked batch. */
 
 #include "systems/shadow/internal.h"
 
 #include <stdlib.h>
-
 
 void *shadow_reserve(shadow_array *array, size_t bytes)
 {
@@ -39,8 +39,8 @@ static void find_casters(uint8_t *casters, kd_world *w, const kd_draw_list *list
 }
 
 /* Append the batch's draws that touch the layer. */
-static void append_batch(shadow_state *s, const kd_frustum *frustum, const kd_draw_list *list, const kd_draw_batch *batch,
-                         kd_draw_indexed *args)
+static void append_batch(shadow_state *s, const kd_frustum *frustum, const kd_draw_list *list,
+                         const kd_draw_batch *batch, kd_draw_indexed *args)
 {
     const uint8_t *casters = s->casters.items;
     for (uint32_t i = batch->first_draw; i < batch->first_draw + batch->draw_count; i++) {
@@ -58,7 +58,8 @@ static void close_run(shadow_state *s, shadow_layer *layer, uint32_t material, u
     layer->run_count++;
 }
 
-static void cull_layer(shadow_state *s, shadow_layer *layer, const kd_draw_list *list, const kd_scene_store *store)
+static void cull_layer(shadow_state *s, shadow_layer *layer, const kd_draw_list *list,
+                       const kd_scene_store *store)
 {
     kd_draw_indexed *args = s->args.items;
     kd_frustum frustum = kd_frustum_make(&layer->matrix, 0);

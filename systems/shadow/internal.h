@@ -1,8 +1,8 @@
 #ifndef KD_SYSTEMS_SHADOW_INTERNAL_H
 #define KD_SYSTEMS_SHADOW_INTERNAL_H
 
-/* What the shadow systems share: lights (CPU) fills one shadow_state a frame, lights_upload and shadow (GPU) draw it.
- * Lives in kd_lighting.internal from the init of `lights` to its fini. */
+/* What the shadow systems share: lights (CPU) fills one shadow_state a frame, lights_upload and shadow (GPU)
+ * draw it. Lives in kd_lighting.internal from the init of `lights` to its fini. */
 
 #include "components/light.h"
 #include "components/render_targets.h"
@@ -55,7 +55,7 @@ typedef struct shadow_state {
     uint32_t arg_count, run_count;
     bool warned_lights, warned_layers, warned_directional;
 
-    kd_gpu_program opaque, masked[2];     /* masked: without and with a base colour map */
+    kd_gpu_program opaque, masked[2]; /* masked: without and with a base colour map */
     kd_gpu_buffer args_buffer;
     kd_gpu_target directional_targets[SHADOW_DIRECTIONAL_MATRICES], spot_targets[KD_MAX_SPOT_SHADOWS];
     uint32_t made_directional_layers, made_directional_edge, made_spot_layers, made_spot_edge;
@@ -76,8 +76,8 @@ typedef struct shadow_cascade {
     kd_mat4 matrix;
     float texel_ws, half_depth;
 } shadow_cascade;
-void shadow_cascades_make(shadow_cascade *out, uint32_t count, kd_vec3 direction, kd_vec3 eye, const shadow_bounds *bounds,
-                          float distance, uint32_t edge);
+void shadow_cascades_make(shadow_cascade *out, uint32_t count, kd_vec3 direction, kd_vec3 eye,
+                          const shadow_bounds *bounds, float distance, uint32_t edge);
 
 /** Make the matrix of a spot at `position` along `forward` with the tangent of its half angle. */
 kd_mat4 shadow_spot_matrix(kd_vec3 position, kd_vec3 forward, float tangent, float z_near, float z_far);

@@ -1,5 +1,6 @@
-/* The CPU side of light: gathers lights and camera into the blocks that shaders read, gives every shadow caster its
- * layers, and culls for each. Directional lights come first in the block, then points and spots, each in query order. */
+/* The CPU side of light: gathers lights and camera into the blocks that shaders read, gives every shadow
+ * caster its layers, and culls for each. Directional lights come first in the block, then points and spots,
+ * each in query order. */
 
 #include "systems/shadow/internal.h"
 
@@ -9,8 +10,8 @@
 
 #include "runtime/core/log.h"
 
-static const float SPOT_NEAR_M = 0.02f;   /* nothing nearer to a lamp casts its shadow */
-static const float SPOT_MAX_TANGENT = 8;  /* 83 degrees: wider cones keep an unshadowed rim */
+static const float SPOT_NEAR_M = 0.02f;  /* nothing nearer to a lamp casts its shadow */
+static const float SPOT_MAX_TANGENT = 8; /* 83 degrees: wider cones keep an unshadowed rim */
 
 static struct kd_gl_vec4 row(kd_vec3 v, float w)
 {
@@ -57,7 +58,8 @@ static void fill_cone(struct kd_light_params *p, const kd_light *light)
 static void fill_light(struct kd_light_params *p, const kd_light *light, const kd_mat4 *world)
 {
     kd_vec3 position = {world->m[12], world->m[13], world->m[14]};
-    kd_vec3 forward = kd_vec3_normalize((kd_vec3){-world->m[8], -world->m[9], -world->m[10]}, (kd_vec3){0, 0, -1});
+    kd_vec3 forward =
+        kd_vec3_normalize((kd_vec3){-world->m[8], -world->m[9], -world->m[10]}, (kd_vec3){0, 0, -1});
     p->position_ws = row(position, light->type == KD_DIRECTIONAL ? 0 : light->range);
     p->direction_ws = row(forward, (float)light->type);
     p->color = row(kd_vec3_scale(light->color, light->intensity), 0);
@@ -66,26 +68,30 @@ static void fill_light(struct kd_light_params *p, const kd_light *light, const k
         fill_cone(p, light);
 }
 
-static void add_layer(shadow_state *s, const kd_mat4 *matrix, uint32_t index, bool directional, uint32_t layer)
+static void add_layer(shadow_state *s, const kd_mat4 *matrix, uint32_t index, bool directional,
+                      uint32_t layer)
 {
-    s->layers[s->layer_count++] = (shadow_layer){.matrix = *matrix, .directional = directional, .layer = layer};
+    s->layers[s->layer_count++] =
+        (shadow_layer){.matrix = *matrix, .directional = directional, .layer = layer};
     s->lights.shadow_matrix[index] = gl_mat4(matrix);
 }
 
-static void add_directional_shadow(shadow_state *s, struct kd_light_params *p, const kd_view *view, const kd_frame *frame,
-                                   const shadow_bounds *bounds)
+static void add_directional_shadow(shadow_state *s, struct kd_light_params *p, const kd_view *view,
+                                   const kd_frame *frame, const shadow_bounds *bounds)
 {
     uint32_t count = (uint32_t)frame->settings.light_shadow_cascades;
     if (s->directional_layers / count == SHADOW_MAX_DIRECTIONAL) {
-        warn_once(&s->warned_directional, "lights: only %u directional lights cast shadows; set no_shadow on the others",
+        warn_once(&s->warned_directional,
+                  "lights: only %u directional lights cast shadows; set no_shadow on the others",
                   SHADOW_MAX_DIRECTIONAL);
         return;
     }
     shadow_cascade cascades[KD_MAX_SHADOW_CASCADES];
     kd_vec3 direction = {p->direction_ws.x, p->direction_ws.y, p->direction_ws.z};
-    shadow_cascades_make(cascades, count, direction, view->position_ws, bounds, frame->settings.light_shadow_distance,
-                         s->directional_edge);
-    p->shadow = (struct kd_gl_vec4){(float)s->directional_layers, (float)count, (float)s->directional_layers, 0};
+    shadow_cascades_make(cascades, count, direction, view->position_ws, bounds,
+                         frame->settings.light_shadow_distance, s->directional_edge);
+    p->shadow =
+        (struct kd_gl_vec4){(float)s->directional_layers, (float)count, (float)s->directional_layers, 0};
     for (uint32_t i = 0; i < count; i++, s->directional_layers++) {
         s->lights.cascade_texel_ws[s->directional_layers] =
             (struct kd_gl_vec4){cascades[i].texel_ws, cascades[i].half_depth, 0, 0};
@@ -93,20 +99,26 @@ static void add_directional_shadow(shadow_state *s, struct kd_light_params *p, c
     }
 }
 
-/* A spot's cone, or the six faces of a point light's cube, a little wider than asked for: the filter's margin. */
-static void add_local_shadow(shadow_state *s, struct kd_light_params *p, const kd_light *light, const shadow_bounds *bounds)
+/* A spot's cone, or the six faces of a point light's cube, a little wider than asked for: the filter's
+ * margin. */
+static void add_local_shadow(shadow_state *s, struct kd_light_params *p, const kd_light *light,
+                             const shadow_bounds *bounds)
 {
     uint32_t count = light->type == KD_POINT ? 6 : 1;
     if (s->spot_layers + count > KD_MAX_SPOT_SHADOWS) {
-        warn_once(&s->warned_layers, "lights: only %u shadow maps for spot (1 each) and point lights (6 each); "
-                  "set no_shadow on some", KD_MAX_SPOT_SHADOWS);
+        warn_once(&s->warned_layers,
+                  "lights: only %u shadow maps for spot (1 each) and point lights (6 each); "
+                  "set no_shadow on some",
+                  KD_MAX_SPOT_SHADOWS);
         return;
     }
     kd_vec3 position = {p->position_ws.x, p->position_ws.y, p->position_ws.z};
     kd_vec3 forward = {p->direction_ws.x, p->direction_ws.y, p->direction_ws.z};
     float farthest = fmaxf(shadow_farthest(bounds, position) * 1.01f, 2 * SPOT_NEAR_M);
     float z_far = light->range > 2 * SPOT_NEAR_M ? fminf(light->range, farthest) : farthest;
-    float tangent = light->type == KD_POINT ? 1 : light->outer_cone < 1.5f ? tanf(light->outer_cone) : SPOT_MAX_TANGENT;
+    float tangent = light->type == KD_POINT    ? 1
+                    : light->outer_cone < 1.5f ? tanf(light->outer_cone)
+                                               : SPOT_MAX_TANGENT;
     tangent = fminf(fmaxf(tangent, 1e-3f), SPOT_MAX_TANGENT) * (1 + 6 / (float)s->spot_edge);
     uint32_t index = SHADOW_DIRECTIONAL_MATRICES + s->spot_layers;
     p->shadow = (struct kd_gl_vec4){(float)index, (float)count, (float)s->spot_layers, p->shadow.w};
@@ -152,7 +164,8 @@ static void begin_lights(shadow_state *s, const kd_frame *frame)
     s->layer_count = s->directional_layers = s->spot_layers = 0;
     s->directional_edge = (uint32_t)settings->light_shadow_size;
     s->spot_edge = (uint32_t)settings->light_shadow_size / 2;
-    s->lights.count = (struct kd_gl_uvec4){0, (uint32_t)settings->light_shadow_cascades, s->directional_edge, s->spot_edge};
+    s->lights.count =
+        (struct kd_gl_uvec4){0, (uint32_t)settings->light_shadow_cascades, s->directional_edge, s->spot_edge};
     float ambient = settings->light_ambient;
     s->lights.ambient = (struct kd_gl_vec4){ambient, ambient, ambient, 0};
 }
@@ -175,7 +188,8 @@ void shadow_lights_run(kd_system_context *context)
     lighting->light_count = s->lights.count.x;
     if (shadow_cull(s, w, list, kd_singleton(w, kd_scene_store)) == KD_OK)
         return;
-    kd_fail(KD_NO_MEMORY, "lights: no memory for the shadows of %u draws; use fewer lights", list->draw_count);
+    kd_fail(KD_NO_MEMORY, "lights: no memory for the shadows of %u draws; use fewer lights",
+            list->draw_count);
     for (uint32_t i = 0; i < lighting->light_count; i++)
         s->lights.light[i].shadow.x = -1;
 }
@@ -185,8 +199,9 @@ kd_status shadow_lights_init(kd_system_context *context)
     shadow_state *s = calloc(1, sizeof *s);
     if (s == NULL)
         return kd_fail(KD_NO_MEMORY, "lights: no memory for their state; free some");
-    s->query = kd_query_make(context->world,
-                             &(kd_query_desc){.terms = {KD_READ(kd_light), KD_READ(kd_world_transform)}, .name = "lights"});
+    s->query = kd_query_make(
+        context->world,
+        &(kd_query_desc){.terms = {KD_READ(kd_light), KD_READ(kd_world_transform)}, .name = "lights"});
     if (s->query == NULL) {
         free(s);
         return kd_fail(KD_NO_MEMORY, "lights: no memory for their query; free some");

@@ -1,12 +1,13 @@
-/* Where shadow maps look from. A matrix takes world space straight to texture space [0,1]^3; drawing undoes the last
- * step. Cascades are spheres round one centre, so their size does not depend on where the camera looks, and their centre
- * moves in whole texels, so edges of shadows do not crawl. */
+/* Where shadow maps look from. A matrix takes world space straight to texture space [0,1]^3; drawing undoes
+ * the last step. Cascades are spheres round one centre, so their size does not depend on where the camera
+ * looks, and their centre moves in whole texels, so edges of shadows do not crawl. */
 
 #include "systems/shadow/internal.h"
 
 #include <math.h>
 
-static const float CASCADE_RATIO = 2.5f; /* of neighbouring radii: two and a half cascades span 1:16, a room to a hall */
+static const float CASCADE_RATIO =
+    2.5f; /* of neighbouring radii: two and a half cascades span 1:16, a room to a hall */
 
 static void write_row(kd_mat4 *m, int row, kd_vec3 v, float w)
 {
@@ -31,12 +32,14 @@ static float clampf(float x, float low, float high)
 
 float shadow_farthest(const shadow_bounds *b, kd_vec3 p)
 {
-    kd_vec3 d = {fmaxf(fabsf(b->low.x - p.x), fabsf(b->high.x - p.x)), fmaxf(fabsf(b->low.y - p.y), fabsf(b->high.y - p.y)),
+    kd_vec3 d = {fmaxf(fabsf(b->low.x - p.x), fabsf(b->high.x - p.x)),
+                 fmaxf(fabsf(b->low.y - p.y), fabsf(b->high.y - p.y)),
                  fmaxf(fabsf(b->low.z - p.z), fabsf(b->high.z - p.z))};
     return kd_vec3_length(d);
 }
 
-/* Round up to a power of the square root of two: the maps keep their size while bounds and camera move a little. */
+/* Round up to a power of the square root of two: the maps keep their size while bounds and camera move a
+ * little. */
 static float quantize_radius(float radius)
 {
     return exp2f(ceilf(log2f(fmaxf(radius, 1e-3f)) * 2) / 2);
@@ -53,11 +56,12 @@ static void depth_range(const shadow_bounds *b, kd_vec3 direction, float *low, f
     *high = middle + reach;
 }
 
-void shadow_cascades_make(shadow_cascade *out, uint32_t count, kd_vec3 direction, kd_vec3 eye, const shadow_bounds *bounds,
-                          float distance, uint32_t edge)
+void shadow_cascades_make(shadow_cascade *out, uint32_t count, kd_vec3 direction, kd_vec3 eye,
+                          const shadow_bounds *bounds, float distance, uint32_t edge)
 {
-    kd_vec3 right, up, centre = {clampf(eye.x, bounds->low.x, bounds->high.x), clampf(eye.y, bounds->low.y, bounds->high.y),
-                                 clampf(eye.z, bounds->low.z, bounds->high.z)};
+    kd_vec3 right, up,
+        centre = {clampf(eye.x, bounds->low.x, bounds->high.x), clampf(eye.y, bounds->low.y, bounds->high.y),
+                  clampf(eye.z, bounds->low.z, bounds->high.z)};
     make_basis(direction, &right, &up);
     float low, high, radius = fminf(distance, quantize_radius(shadow_farthest(bounds, centre)));
     depth_range(bounds, direction, &low, &high);
@@ -65,7 +69,8 @@ void shadow_cascades_make(shadow_cascade *out, uint32_t count, kd_vec3 direction
         /* two texels at each border are the filter's and the bias' margin, one more is lost to snapping */
         float texel = 2 * radius / (float)(edge > 16 ? edge - 6 : edge);
         float size = texel * (float)edge;
-        float x = floorf(kd_vec3_dot(right, centre) / texel) * texel, y = floorf(kd_vec3_dot(up, centre) / texel) * texel;
+        float x = floorf(kd_vec3_dot(right, centre) / texel) * texel,
+              y = floorf(kd_vec3_dot(up, centre) / texel) * texel;
         kd_mat4 m = {{0}};
         write_row(&m, 0, kd_vec3_scale(right, 1 / size), 0.5f - x / size);
         write_row(&m, 1, kd_vec3_scale(up, 1 / size), 0.5f - y / size);

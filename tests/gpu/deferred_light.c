@@ -4,9 +4,8 @@
 
 static const float PI = 3.14159265f;
 
-/* Reflected radiance of the rough dielectric of render_matte per unit of irradiance, seen along n (v = n), light from l.
- * glTF 2.0 appendix B with alpha = 1: D = 1/pi, V = 1/4 * 2 / (n.l * 1 + n.v * 1) * 1/2 … = 0.5 / (n.l + n.v), as both
- * square roots are 1; F with f0 = 0.04 at v.h, h halfway. */
+/* Reflected radiance of render_matte per unit of irradiance, seen along n (v = n), light from l. glTF 2.0 appendix B
+ * with alpha = 1: D = 1 / pi; V = 0.5 / (n.l + n.v), as both square roots are 1; F with f0 = 0.04 at v.h, h halfway. */
 static float matte_brdf(float albedo, float n_dot_l)
 {
     float v_dot_h = sqrtf((1 + n_dot_l) / 2); /* cosine of half the angle between v = n and l */
@@ -27,11 +26,12 @@ static kd_light sun(float intensity)
 static void add_floor(render *r, float albedo)
 {
     kd_material_desc m = render_matte(albedo);
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){20, 1, 20}, &m, (kd_vec3){0, 0, 0}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){20, 1, 20}, &m, (kd_vec3){0, 0, 0}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
 }
 
-/* E = 3 lx along a direction 60 degrees off the normal: n.l = 1/2, radiance = 3 * 1/2 * brdf. Tolerance: the albedo keeps 8
- * bits of its root (0.4 %), half floats 0.1 %. */
+/* E = 3 lx along a direction 60 degrees off the normal: n.l = 1/2, radiance = 3 * 1/2 * brdf. Tolerance: the
+ * albedo keeps 8 bits of its root (0.4 %), half floats 0.1 %. */
 static void directional_light_on_plane_is_lambert(void **state)
 {
     render *r = *state;
@@ -43,16 +43,16 @@ static void directional_light_on_plane_is_lambert(void **state)
     render_expect(r, 5, 5, grey(3 * 0.5f * matte_brdf(0.5f, 0.5f)), 0.01f);
 }
 
-/* A point light of 10 cd two metres above the plane. Under it E = 10 / 4. Beside it at x: d^2 = 4 + x^2, n.l = 2 / d. The
- * camera is orthographic with 60 pixels for 2 m, so the middle of pixel 110 lies at x = 30.5 / 30, that of row 60 at
- * z = 0.5 / 30. */
+/* A point light of 10 cd two metres above the plane. Under it E = 10 / 4. Beside it at x: d^2 = 4 + x^2, n.l
+ * = 2 / d. The camera is orthographic with 60 pixels for 2 m, so the middle of pixel 110 lies at x = 30.5 /
+ * 30, that of row 60 at z = 0.5 / 30. */
 static void point_light_on_plane_falls_with_the_square(void **state)
 {
     render *r = *state;
     add_floor(r, 0.8f);
     render_top_camera(r, 2);
-    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 0.5f, 0.25f}, .intensity = 10}, (kd_vec3){0, 2, 0},
-                 (kd_vec3){0, 0, -1});
+    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 0.5f, 0.25f}, .intensity = 10},
+                 (kd_vec3){0, 2, 0}, (kd_vec3){0, 0, -1});
     render_frame(r, "point");
     for (uint32_t px = 80; px < 160; px += 30) {
         float x = ((float)px + 0.5f - 80) / 30, z = 0.5f / 30, d2 = 4 + x * x + z * z;
@@ -67,27 +67,33 @@ static void point_light_range_windows_the_light(void **state)
     render *r = *state;
     add_floor(r, 0.8f);
     render_top_camera(r, 2);
-    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 1, 1}, .intensity = 10, .range = 2.5f}, (kd_vec3){0, 2, 0},
-                 (kd_vec3){0, 0, -1});
+    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 1, 1}, .intensity = 10, .range = 2.5f},
+                 (kd_vec3){0, 2, 0}, (kd_vec3){0, 0, -1});
     render_frame(r, "range");
     render_expect(r, 80, 60, grey(10 / 4.0f * 0.5904f * matte_brdf(0.8f, 1)), 0.01f);
     /* d = sqrt(4 + 1.55^2 + …) = 2.53 > 2.5: dark */
     render_expect(r, 127, 60, grey(0), 0.01f);
 }
 
-/* Cones of 20 and 40 degrees: full light inside, none outside, and at 30 degrees ((cos 30 - cos 40) / (cos 20 - cos 40))^2. */
+/* Cones of 20 and 40 degrees: full light inside, none outside, and at 30 degrees ((cos 30 - cos 40) / (cos 20
+ * - cos 40))^2. */
 static void spot_light_fades_between_its_cones(void **state)
 {
     render *r = *state;
     add_floor(r, 0.8f);
     render_top_camera(r, 2);
-    render_light(r, (kd_light){.type = KD_SPOT, .color = {1, 1, 1}, .intensity = 10, .inner_cone = PI / 9,
-                               .outer_cone = 2 * PI / 9},
+    render_light(r,
+                 (kd_light){.type = KD_SPOT,
+                            .color = {1, 1, 1},
+                            .intensity = 10,
+                            .inner_cone = PI / 9,
+                            .outer_cone = 2 * PI / 9},
                  (kd_vec3){0, 2, 0}, (kd_vec3){0, -1, 0});
     render_frame(r, "spot");
     const uint32_t columns[] = {80, 95, 114, 125, 140};
     for (int i = 0; i < 5; i++) {
-        float x = ((float)columns[i] + 0.5f - 80) / 30, z = 0.5f / 30, d2 = 4 + x * x + z * z, c = 2 / sqrtf(d2);
+        float x = ((float)columns[i] + 0.5f - 80) / 30, z = 0.5f / 30, d2 = 4 + x * x + z * z,
+              c = 2 / sqrtf(d2);
         float t = (c - cosf(2 * PI / 9)) / (cosf(PI / 9) - cosf(2 * PI / 9));
         t = fminf(fmaxf(t, 0), 1);
         render_expect(r, columns[i], 60, grey(10 / d2 * c * t * t * matte_brdf(0.8f, c)), 0.015f);
@@ -102,8 +108,10 @@ static void emission_and_sky_add_up(void **state)
     glow.emissive = (kd_vec3){100, 10, 2000};
     unlit.base_color = (kd_vec4){0.25f, 0.5f, 1, 1};
     unlit.unlit = true;
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &glow, (kd_vec3){-1, 0, 0}, RENDER_UPRIGHT, RENDER_UNIT);
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &unlit, (kd_vec3){1, 0, 0}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &glow, (kd_vec3){-1, 0, 0}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &unlit, (kd_vec3){1, 0, 0}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
     render_top_camera(r, 2);
     render_frame(r, "emission");
     render_expect(r, 50, 60, (kd_vec3){100, 10, 2000}, 0.002f);
@@ -115,13 +123,15 @@ static void emission_and_sky_add_up(void **state)
     render_expect(r, 80, 10, grey(0.5f), 0.002f);
 }
 
-/* The picture's own row 0 is the top: a plane towards -z, which the camera sees above the middle, must be in low rows. */
+/* The picture's own row 0 is the top: a plane towards -z, which the camera sees above the middle, must be in
+ * low rows. */
 static void picture_has_row_0_on_top(void **state)
 {
     render *r = *state;
     kd_material_desc unlit = render_matte(1);
     unlit.unlit = true;
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &unlit, (kd_vec3){1, 0, -1}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &unlit, (kd_vec3){1, 0, -1}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
     render_top_camera(r, 2);
     render_frame(r, "top");
     render_expect(r, 110, 30, grey(1), 0.001f);
@@ -131,8 +141,8 @@ static void picture_has_row_0_on_top(void **state)
     assert_int_equal(r->ldr[(90 * 160 + 110) * 4], 0);
 }
 
-/* Mean luminance to mid grey: a picture of one luminance comes out at 0.18 in linear terms, whatever it was. sRGB of 0.18 is
- * 1.055 * 0.18^(1/2.4) - 0.055 = 0.4613, 117.6 of 255. */
+/* Mean luminance to mid grey: a picture of one luminance comes out at 0.18 in linear terms, whatever it was.
+ * sRGB of 0.18 is 1.055 * 0.18^(1/2.4) - 0.055 = 0.4613, 117.6 of 255. */
 static void auto_exposure_puts_a_flat_picture_to_mid_grey(void **state)
 {
     render *r = *state;
@@ -153,9 +163,12 @@ static void auto_exposure_puts_a_flat_picture_to_mid_grey(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        RENDER_TEST(directional_light_on_plane_is_lambert), RENDER_TEST(point_light_on_plane_falls_with_the_square),
-        RENDER_TEST(point_light_range_windows_the_light),   RENDER_TEST(spot_light_fades_between_its_cones),
-        RENDER_TEST(emission_and_sky_add_up),               RENDER_TEST(picture_has_row_0_on_top),
+        RENDER_TEST(directional_light_on_plane_is_lambert),
+        RENDER_TEST(point_light_on_plane_falls_with_the_square),
+        RENDER_TEST(point_light_range_windows_the_light),
+        RENDER_TEST(spot_light_fades_between_its_cones),
+        RENDER_TEST(emission_and_sky_add_up),
+        RENDER_TEST(picture_has_row_0_on_top),
         RENDER_TEST(auto_exposure_puts_a_flat_picture_to_mid_grey),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -11,7 +11,8 @@ static void show(render *r, kd_view_mode view, const char *name)
     render_frame(r, name);
 }
 
-/* A plane facing up, seen from a height of 20 m. Albedo keeps 8 bits of its root: steps of 2 * sqrt(a) / 255 < 0.8 %. */
+/* A plane facing up, seen from a height of 20 m. Albedo keeps 8 bits of its root: steps of 2 * sqrt(a) / 255
+ * < 0.8 %. */
 static void views_show_albedo_normal_and_depth_of_a_quad(void **state)
 {
     render *r = *state;
@@ -32,13 +33,14 @@ static void views_show_albedo_normal_and_depth_of_a_quad(void **state)
     render_expect(r, 80, 60, (kd_vec3){1, 1, 1}, 0); /* nothing occludes where there is no GI */
 }
 
-/* Depth is the distance along the axis, for perspective too: a wall across the view has one depth in all its pixels. */
+/* Depth is the distance along the axis, for perspective too: a wall across the view has one depth in all its
+ * pixels. */
 static void depth_of_a_wall_is_the_same_in_every_pixel(void **state)
 {
     render *r = *state;
     kd_material_desc m = render_matte(0.5f);
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){400, 1, 400}, &m, (kd_vec3){0, 0, -100}, render_look((kd_vec3){0, 1, 0}),
-                 RENDER_UNIT);
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){400, 1, 400}, &m, (kd_vec3){0, 0, -100},
+                 render_look((kd_vec3){0, 1, 0}), RENDER_UNIT);
     render_camera(r, (kd_vec3){0, 0, 0}, (kd_vec3){0, 0, -1}, 1.2f);
     show(r, KD_VIEW_DEPTH, "wall");
     for (uint32_t x = 0; x < 160; x += 53)
@@ -46,8 +48,8 @@ static void depth_of_a_wall_is_the_same_in_every_pixel(void **state)
             render_expect(r, x, y, (kd_vec3){100, 100, 100}, 0.001f);
 }
 
-/* Turned by 30 degrees round z, +Y becomes (-1/2, sqrt(3)/2, 0). A plane scaled to (2, 1, 1) and turned keeps that normal,
- * since the scale lies in the plane. */
+/* Turned by 30 degrees round z, +Y becomes (-1/2, sqrt(3)/2, 0). A plane scaled to (2, 1, 1) and turned keeps
+ * that normal, since the scale lies in the plane. */
 static void normals_turn_with_the_object_and_ignore_its_scale(void **state)
 {
     render *r = *state;
@@ -59,18 +61,21 @@ static void normals_turn_with_the_object_and_ignore_its_scale(void **state)
     render_expect(r, 80, 60, (kd_vec3){0.5f - 0.25f, 0.5f + sqrtf(3) / 4, 0.5f}, 0.001f);
 }
 
-/* A single-sided plane shows nothing from behind; a double-sided one shows its normal towards the viewer. Mirroring (a
- * negative scale) turns the winding over, not the side. */
+/* A single-sided plane shows nothing from behind; a double-sided one shows its normal towards the viewer.
+ * Mirroring (a negative scale) turns the winding over, not the side. */
 static void sides_show_as_the_material_says(void **state)
 {
     render *r = *state;
     kd_material_desc single = render_matte(0.5f), both = single;
     both.double_sided = true;
     kd_quat upside_down = {1, 0, 0, 0};
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &single, (kd_vec3){-1.5f, 0, 0}, upside_down, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &single, (kd_vec3){-1.5f, 0, 0}, upside_down,
+                 RENDER_UNIT);
     render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &both, (kd_vec3){0, 0, 0}, upside_down, RENDER_UNIT);
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &single, (kd_vec3){1.5f, 0, 0}, RENDER_UPRIGHT, (kd_vec3){-1, 1, 1});
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &both, (kd_vec3){0, 0, 1.3f}, RENDER_UPRIGHT, (kd_vec3){-1, 1, 1});
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &single, (kd_vec3){1.5f, 0, 0}, RENDER_UPRIGHT,
+                 (kd_vec3){-1, 1, 1});
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &both, (kd_vec3){0, 0, 1.3f}, RENDER_UPRIGHT,
+                 (kd_vec3){-1, 1, 1});
     render_top_camera(r, 2);
     show(r, KD_VIEW_NORMAL, "sides");
     render_expect(r, 35, 60, (kd_vec3){0, 0, 0}, 0);
@@ -110,15 +115,35 @@ static textured *make_textured(const kd_image *images, uint32_t image_count)
     assert_non_null(t);
     memcpy(t->images, images, image_count * sizeof *images);
     t->material = render_matte(1);
-    t->primitive = (kd_primitive_desc){.vertex_count = 4, .index_count = 6, .indices = quad_indices,
-                                       .positions = quad_positions, .normals = quad_normals, .tangents = quad_tangents,
-                                       .uv0 = quad_uv, .bounds_min = {-1, 0, -1}, .bounds_max = {1, 0, 1}};
+    t->primitive = (kd_primitive_desc){.vertex_count = 4,
+                                       .index_count = 6,
+                                       .indices = quad_indices,
+                                       .positions = quad_positions,
+                                       .normals = quad_normals,
+                                       .tangents = quad_tangents,
+                                       .uv0 = quad_uv,
+                                       .bounds_min = {-1, 0, -1},
+                                       .bounds_max = {1, 0, 1}};
     t->mesh = (kd_mesh_desc){.name = "quad", .primitive_count = 1, .primitives = &t->primitive};
-    t->node = (kd_node_desc){.name = "quad", .parent = KD_NONE, .rotation = {0, 0, 0, 1}, .scale = {1, 1, 1}, .mesh = 0,
-                             .skin = KD_NONE, .camera = KD_NONE, .light = KD_NONE};
-    t->model = (kd_model){.path = "quad", .image_count = image_count, .images = t->images, .material_count = 1,
-                          .materials = &t->material, .mesh_count = 1, .meshes = &t->mesh, .node_count = 1,
-                          .nodes = &t->node, .bounds_min = {-1, 0, -1}, .bounds_max = {1, 0, 1}};
+    t->node = (kd_node_desc){.name = "quad",
+                             .parent = KD_NONE,
+                             .rotation = {0, 0, 0, 1},
+                             .scale = {1, 1, 1},
+                             .mesh = 0,
+                             .skin = KD_NONE,
+                             .camera = KD_NONE,
+                             .light = KD_NONE};
+    t->model = (kd_model){.path = "quad",
+                          .image_count = image_count,
+                          .images = t->images,
+                          .material_count = 1,
+                          .materials = &t->material,
+                          .mesh_count = 1,
+                          .meshes = &t->mesh,
+                          .node_count = 1,
+                          .nodes = &t->node,
+                          .bounds_min = {-1, 0, -1},
+                          .bounds_max = {1, 0, 1}};
     t->arena = arena;
     t->model.internal = &t->arena;
     return t;
@@ -150,9 +175,9 @@ static void base_color_map_lies_as_its_coordinates_say(void **state)
     render_expect(r, 95, 75, (kd_vec3){1, 1, 1}, 0.01f);
 }
 
-/* KHR_texture_transform by a quarter turn: rotation pi/2 takes (u, v) to (v, -u), repeated: the upper left of the quad, uv
- * (1/4, 1/4), reads (1/4, -1/4) = (1/4, 3/4): blue; the upper right, (3/4, 1/4), reads (1/4, -3/4) = (1/4, 1/4): red. An offset
- * of (1/2, 0) then moves one texel on: white and green. */
+/* KHR_texture_transform by a quarter turn: rotation pi/2 takes (u, v) to (v, -u), repeated: the upper left of
+ * the quad, uv (1/4, 1/4), reads (1/4, -1/4) = (1/4, 3/4): blue; the upper right, (3/4, 1/4), reads (1/4,
+ * -3/4) = (1/4, 1/4): red. An offset of (1/2, 0) then moves one texel on: white and green. */
 static void texture_transform_turns_and_moves(void **state)
 {
     render *r = *state;
@@ -175,7 +200,8 @@ static void texture_transform_turns_and_moves(void **state)
     render_expect(r, 95, 45, (kd_vec3){0, 1, 0}, 0.01f);
 }
 
-/* The transparent texel is a hole in the picture and in the shadow: the floor 1 m below shows its light there. */
+/* The transparent texel is a hole in the picture and in the shadow: the floor 1 m below shows its light
+ * there. */
 static void mask_texels_are_holes_in_picture_and_shadow(void **state)
 {
     render *r = *state;
@@ -184,26 +210,27 @@ static void mask_texels_are_holes_in_picture_and_shadow(void **state)
     t->material.base_color_map = quad_map(0);
     t->material.alpha_mode = KD_ALPHA_MASK;
     t->material.alpha_cutoff = 0.5f;
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){8, 1, 8}, &floor, (kd_vec3){0, -2.5f, 0}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){8, 1, 8}, &floor, (kd_vec3){0, -2.5f, 0}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
     add_textured(r, t);
     render_top_camera(r, 4); /* 15 pixels a metre */
     show(r, KD_VIEW_ALBEDO, "holes");
     render_expect(r, 72, 52, (kd_vec3){1, 0, 0}, 0.01f);
     render_expect(r, 87, 67, (kd_vec3){0.5f, 0.5f, 0.5f}, 0.01f);
-    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 3}, (kd_vec3){0, 5, 0},
-                 (kd_vec3){1, -1, 0});
+    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 3},
+                 (kd_vec3){0, 5, 0}, (kd_vec3){1, -1, 0});
     show(r, KD_VIEW_DIRECT, "holes_lit");
     /* the quad's shadow lies 2.5 m towards +x: 1.5 … 3.5, its hole at x 2.5 … 3.5, z 0 … 1 */
     float lit = render_pixel(r, 20, 60)[0];
     assert_true(lit > 0.3f * 0.5f);
-    assert_true(render_pixel(r, 80 + 45, 60 + 7)[0] > lit * 0.99f);  /* (3, 0.5) */
-    assert_true(render_pixel(r, 80 + 45, 60 - 8)[0] < lit * 0.01f);  /* (3, -0.5) */
-    assert_true(render_pixel(r, 80 + 30, 60 + 7)[0] < lit * 0.01f);  /* (2, 0.5) */
+    assert_true(render_pixel(r, 80 + 45, 60 + 7)[0] > lit * 0.99f); /* (3, 0.5) */
+    assert_true(render_pixel(r, 80 + 45, 60 - 8)[0] < lit * 0.01f); /* (3, -0.5) */
+    assert_true(render_pixel(r, 80 + 30, 60 + 7)[0] < lit * 0.01f); /* (2, 0.5) */
 }
 
-/* A texel (1, 0.5, 1) / 255 of a normal map leans by 45 degrees along the tangent +x; the bitangent is cross(n, t) * w =
- * cross(+y, +x) = -z for w = 1, so green leans to -z. A mirrored object (scale -1 in x) leans the tangent to -x, and its
- * bitangent stays: the image is mirrored, not turned upside down. */
+/* A texel (1, 0.5, 1) / 255 of a normal map leans by 45 degrees along the tangent +x; the bitangent is
+ * cross(n, t) * w = cross(+y, +x) = -z for w = 1, so green leans to -z. A mirrored object (scale -1 in x)
+ * leans the tangent to -x, and its bitangent stays: the image is mirrored, not turned upside down. */
 static void normal_map_leans_along_tangent_and_bitangent(void **state)
 {
     static const uint8_t lean_u[4] = {218, 128, 218, 255}, lean_v[4] = {128, 218, 218, 255};

@@ -1,5 +1,5 @@
-/* Structs that C and shaders share lie alike in both. Every word of a buffer holds its own number; a shader copies each
- * member out, and what arrives must be the member's offset in C. */
+/* Structs that C and shaders share lie alike in both. Every word of a buffer holds its own number; a shader
+ * copies each member out, and what arrives must be the member's offset in C. */
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -25,12 +25,20 @@ typedef struct member {
     const char *name;
     size_t offset, size;
 } member;
-#define MEMBER(type, name) {#type "." #name, offsetof(struct type, name), sizeof(((struct type *)0)->name)}
+#define MEMBER(type, name)                                                                                   \
+    {                                                                                                        \
+#type "." #name, offsetof(struct type, name), sizeof(((struct type *)0)->name)                       \
+    }
 #define ELEMENT(type, name, i)                                                                               \
-    {#type "." #name "[" #i "]", offsetof(struct type, name) + (i) * sizeof(((struct type *)0)->name[0]),     \
-     sizeof(((struct type *)0)->name[0])}
-#define SECOND(type, name, i) {#type "[" #i "]." #name, (i) * sizeof(struct type) + offsetof(struct type, name), \
-                               sizeof(((struct type *)0)->name)}
+    {                                                                                                        \
+#type "." #name "[" #i "]", offsetof(struct type, name) + (i) * sizeof(((struct type *)0)->name[0]), \
+            sizeof(((struct type *)0)->name[0])                                                              \
+    }
+#define SECOND(type, name, i)                                                                                \
+    {                                                                                                        \
+#type "[" #i "]." #name, (i) * sizeof(struct type) + offsetof(struct type, name),                    \
+            sizeof(((struct type *)0)->name)                                                                 \
+    }
 
 /* In the order of layout.comp. */
 static const member members[] = {
@@ -82,10 +90,13 @@ static void shared_structs_lie_alike_in_c_and_glsl(void **state)
     static uint32_t words[MAX_WORDS];
     kd_gpu *gpu = *state;
     fill(words);
-    kd_gpu_program program = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "tests/gpu/layout.comp"});
+    kd_gpu_program program =
+        kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "tests/gpu/layout.comp"});
     kd_gpu_buffer objects = kd_gpu_make_buffer(
-        gpu, &(kd_gpu_buffer_desc){.size = OBJECTS * sizeof(struct kd_object), .data = words, .name = "objects"});
-    kd_gpu_buffer out = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizeof words, .zeroed = true, .name = "out"});
+        gpu,
+        &(kd_gpu_buffer_desc){.size = OBJECTS * sizeof(struct kd_object), .data = words, .name = "objects"});
+    kd_gpu_buffer out =
+        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizeof words, .zeroed = true, .name = "out"});
     kd_gpu_bind_storage(gpu, 0, objects);
     kd_gpu_bind_storage(gpu, 1, out);
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, words, sizeof(struct kd_resolve_params));

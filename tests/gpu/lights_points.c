@@ -18,7 +18,8 @@ typedef struct probe {
 static void ask(render *r, probe *probes, uint32_t count)
 {
     const kd_lighting *lighting = kd_singleton(r->world, kd_lighting);
-    kd_gpu_program program = kd_gpu_make_program(r->gpu, &(kd_gpu_program_desc){.compute = "tests/gpu/lights_probe.comp"});
+    kd_gpu_program program =
+        kd_gpu_make_program(r->gpu, &(kd_gpu_program_desc){.compute = "tests/gpu/lights_probe.comp"});
     kd_gpu_buffer buffer = kd_gpu_make_buffer(
         r->gpu, &(kd_gpu_buffer_desc){.size = count * sizeof *probes, .data = probes, .name = "probes"});
     kd_gpu_bind_storage(r->gpu, 0, buffer);
@@ -44,7 +45,8 @@ static void expect_shadow(const probe *p, float expected)
 static void add_box_on_floor(render *r)
 {
     kd_material_desc m = render_matte(0.8f);
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){30, 1, 30}, &m, (kd_vec3){0, 0, 0}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){30, 1, 30}, &m, (kd_vec3){0, 0, 0}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
     render_shape(r, KD_SHAPE_BOX, (kd_vec3){1, 1, 1}, &m, (kd_vec3){0, 0.5f, 0}, RENDER_UPRIGHT, RENDER_UNIT);
 }
 
@@ -53,18 +55,18 @@ static probe up_probe(float x, float z, float light)
     return (probe){.position_ws = {x, 0, z}, .light = light, .normal_ws = {0, 1, 0}, .offset_m = 0.02f};
 }
 
-/* A sun at 45 degrees towards +x behind a camera that looks away from the box, 8 m off: the box is outside the view and must
- * shade all the same. */
+/* A sun at 45 degrees towards +x behind a camera that looks away from the box, 8 m off: the box is outside
+ * the view and must shade all the same. */
 static void points_behind_the_camera_are_shadowed(void **state)
 {
     render *r = *state;
     add_box_on_floor(r);
     render_camera(r, (kd_vec3){0, 1, 8}, (kd_vec3){0, 1, 20}, 0.8f);
-    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 0.5f, 0.25f}, .intensity = 3}, (kd_vec3){0, 5, 0},
-                 (kd_vec3){1, -1, 0});
+    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 0.5f, 0.25f}, .intensity = 3},
+                 (kd_vec3){0, 5, 0}, (kd_vec3){1, -1, 0});
     render_frame(r, "behind");
-    probe probes[] = {up_probe(1, 0, 0), up_probe(0.7f, 0.3f, 0), up_probe(1.75f, 0, 0), up_probe(-0.8f, 0, 0),
-                      up_probe(1, 0.8f, 0), up_probe(-10, 7, 0)};
+    probe probes[] = {up_probe(1, 0, 0),     up_probe(0.7f, 0.3f, 0), up_probe(1.75f, 0, 0),
+                      up_probe(-0.8f, 0, 0), up_probe(1, 0.8f, 0),    up_probe(-10, 7, 0)};
     ask(r, probes, 6);
     for (int i = 0; i < 6; i++) {
         expect_shadow(&probes[i], i < 2 ? 0.0f : 1.0f);
@@ -75,14 +77,15 @@ static void points_behind_the_camera_are_shadowed(void **state)
     }
 }
 
-/* Faces of the box itself: the one to the sun is lit, the top too, the one away is dark; the floor below it is dark. */
+/* Faces of the box itself: the one to the sun is lit, the top too, the one away is dark; the floor below it
+ * is dark. */
 static void faces_of_a_box_shade_themselves(void **state)
 {
     render *r = *state;
     add_box_on_floor(r);
     render_camera(r, (kd_vec3){0, 2, 4}, (kd_vec3){0, 0, 0}, 0.8f);
-    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1}, (kd_vec3){0, 5, 0},
-                 (kd_vec3){1, -1, 0});
+    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1},
+                 (kd_vec3){0, 5, 0}, (kd_vec3){1, -1, 0});
     render_frame(r, "faces");
     probe probes[] = {{.position_ws = {-0.5f, 0.6f, 0}, .normal_ws = {-1, 0, 0}, .offset_m = 0.02f},
                       {.position_ws = {0, 1, 0}, .normal_ws = {0, 1, 0}, .offset_m = 0.02f},
@@ -93,35 +96,38 @@ static void faces_of_a_box_shade_themselves(void **state)
         expect_shadow(&probes[i], i < 2 ? 1.0f : 0.0f);
 }
 
-/* No map reaches farther than light.shadow_distance, here 3 m from the camera at x = -10: the box at 0 casts nothing. */
+/* No map reaches farther than light.shadow_distance, here 3 m from the camera at x = -10: the box at 0 casts
+ * nothing. */
 static void points_outside_every_map_are_lit(void **state)
 {
     render *r = *state;
     add_box_on_floor(r);
     r->frame->settings.light_shadow_distance = 3;
     render_camera(r, (kd_vec3){-10, 1, 0}, (kd_vec3){0, 0, 0}, 0.8f);
-    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1}, (kd_vec3){0, 5, 0},
-                 (kd_vec3){1, -1, 0});
+    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1},
+                 (kd_vec3){0, 5, 0}, (kd_vec3){1, -1, 0});
     render_frame(r, "outside");
     probe probes[] = {up_probe(1, 0, 0)};
     ask(r, probes, 1);
     expect_shadow(&probes[0], 1);
 }
 
-/* One light of each kind in mixed order: they are renumbered, directional first, and each has its own maps. The lamp hangs at
+/* One light of each kind in mixed order: they are renumbered, directional first, and each has its own maps.
+ * The lamp hangs at
  * (-2, 2, 0), the spot at (2, 3, 0): the box is between each and the floor beyond. */
 static void kinds_of_light_do_not_mix_their_maps(void **state)
 {
     render *r = *state;
     add_box_on_floor(r);
     render_camera(r, (kd_vec3){0, 3, 6}, (kd_vec3){0, 0, 0}, 0.8f);
-    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 1, 1}, .intensity = 8}, (kd_vec3){-2, 2, 0}, (kd_vec3){0, 0, -1});
-    render_light(r, (kd_light){.type = KD_SPOT, .color = {1, 1, 1}, .intensity = 8, .outer_cone = 0.9f}, (kd_vec3){2, 3, 0},
-                 (kd_vec3){-1, -1, 0});
-    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1}, (kd_vec3){0, 5, 0},
-                 (kd_vec3){0, -1, 1});
-    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1}, (kd_vec3){0, 5, 0},
-                 (kd_vec3){0, -1, -1});
+    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 1, 1}, .intensity = 8}, (kd_vec3){-2, 2, 0},
+                 (kd_vec3){0, 0, -1});
+    render_light(r, (kd_light){.type = KD_SPOT, .color = {1, 1, 1}, .intensity = 8, .outer_cone = 0.9f},
+                 (kd_vec3){2, 3, 0}, (kd_vec3){-1, -1, 0});
+    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1},
+                 (kd_vec3){0, 5, 0}, (kd_vec3){0, -1, 1});
+    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1},
+                 (kd_vec3){0, 5, 0}, (kd_vec3){0, -1, -1});
     render_frame(r, "kinds");
     probe probes[16];
     const float places[4][2] = {{0, 1}, {0, -1}, {1, 0}, {-1, 0}}; /* +z, -z, +x, -x of the box */
@@ -137,15 +143,16 @@ static void kinds_of_light_do_not_mix_their_maps(void **state)
     assert_float_equal(lamp->to_light.x, -2.0f / 3, 1e-4);
 }
 
-/* Small camera moves must not make the edge of a shadow crawl: a half-lit point keeps its share of light to the texel. The
- * maps move in whole texels with unchanged size, so a fixed point sees the same texels while the camera turns and moves. */
+/* Small camera moves must not make the edge of a shadow crawl: a half-lit point keeps its share of light to
+ * the texel. The maps move in whole texels with unchanged size, so a fixed point sees the same texels while
+ * the camera turns and moves. */
 static void shadow_edges_stand_still_when_the_camera_moves(void **state)
 {
     render *r = *state;
     add_box_on_floor(r);
     kd_entity camera = render_camera(r, (kd_vec3){0, 2, 4}, (kd_vec3){0, 0, 0}, 0.8f);
-    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1}, (kd_vec3){0, 5, 0},
-                 (kd_vec3){1, -1.1f, 0.2f});
+    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1},
+                 (kd_vec3){0, 5, 0}, (kd_vec3){1, -1.1f, 0.2f});
     probe first[32], moved[32];
     for (int step = 0; step < 4; step++) {
         for (int i = 0; i < 32; i++) /* across the edge near x = 0.5 + 1 / 1.1 */
@@ -177,8 +184,10 @@ static int setup(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(points_behind_the_camera_are_shadowed), TEST(faces_of_a_box_shade_themselves),
-        TEST(points_outside_every_map_are_lit),      TEST(kinds_of_light_do_not_mix_their_maps),
+        TEST(points_behind_the_camera_are_shadowed),
+        TEST(faces_of_a_box_shade_themselves),
+        TEST(points_outside_every_map_are_lit),
+        TEST(kinds_of_light_do_not_mix_their_maps),
         TEST(shadow_edges_stand_still_when_the_camera_moves),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -37,9 +37,10 @@ static uint32_t integrate(kd_gpu *gpu, float albedo, float metallic, brdf_case *
     for (size_t i = 0; i < sizeof roughnesses / sizeof *roughnesses; i++)
         for (size_t j = 0; j < sizeof cosines / sizeof *cosines; j++)
             cases[count++] = (brdf_case){albedo, metallic, roughnesses[i], cosines[j], 0, 0, {0, 0}};
-    kd_gpu_program program = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "tests/gpu/resolve_brdf.comp"});
-    kd_gpu_buffer buffer =
-        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = count * sizeof *cases, .data = cases, .name = "cases"});
+    kd_gpu_program program =
+        kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "tests/gpu/resolve_brdf.comp"});
+    kd_gpu_buffer buffer = kd_gpu_make_buffer(
+        gpu, &(kd_gpu_buffer_desc){.size = count * sizeof *cases, .data = cases, .name = "cases"});
     kd_gpu_bind_storage(gpu, 0, buffer);
     kd_gpu_dispatch(gpu, program, count, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
@@ -48,8 +49,9 @@ static uint32_t integrate(kd_gpu *gpu, float albedo, float metallic, brdf_case *
     return count;
 }
 
-/* With albedo 1 a metal's Fresnel term is 1 everywhere: what is missing to 1 is light lost to single scattering, which grows
- * with roughness: nothing at alpha = 0, known to be up to about 60 % at grazing view and alpha = 1. 0.5 % for the sums. */
+/* With albedo 1 a metal's Fresnel term is 1 everywhere: what is missing to 1 is light lost to single
+ * scattering, which grows with roughness: nothing at alpha = 0, known to be up to about 60 % at grazing view
+ * and alpha = 1. 0.5 % for the sums. */
 static void white_metal_never_gains_energy(void **state)
 {
     brdf_case cases[MAX_CASES];
@@ -63,8 +65,8 @@ static void white_metal_never_gains_energy(void **state)
     }
 }
 
-/* glTF mixes diffuse and specular by the Fresnel term at the half vector alone, so that a white dielectric gains at grazing
- * view; away from there it must not. Its own diffuse part keeps it above 0.85. */
+/* glTF mixes diffuse and specular by the Fresnel term at the half vector alone, so that a white dielectric
+ * gains at grazing view; away from there it must not. Its own diffuse part keeps it above 0.85. */
 static void white_dielectric_is_a_furnace_away_from_grazing_view(void **state)
 {
     brdf_case cases[MAX_CASES];
@@ -76,8 +78,8 @@ static void white_dielectric_is_a_furnace_away_from_grazing_view(void **state)
     }
 }
 
-/* The fit against the integral it stands for: a black dielectric, which has specular light alone, and a white metal. The
- * tolerance is the fit's own error, which the shader states. */
+/* The fit against the integral it stands for: a black dielectric, which has specular light alone, and a white
+ * metal. The tolerance is the fit's own error, which the shader states. */
 static void env_fit_is_near_the_integral(void **state)
 {
     brdf_case cases[MAX_CASES];
@@ -85,8 +87,9 @@ static void env_fit_is_near_the_integral(void **state)
     for (int pass = 0; pass < 2; pass++) {
         for (uint32_t i = 0; i < count; i++)
             if (!(fabsf(cases[i].env - cases[i].reflected) < 0.09f))
-                fail_msg("pass %d roughness %g, n.v %g: fit %g, integral %g", pass, (double)cases[i].roughness,
-                         (double)cases[i].n_dot_v, (double)cases[i].env, (double)cases[i].reflected);
+                fail_msg("pass %d roughness %g, n.v %g: fit %g, integral %g", pass,
+                         (double)cases[i].roughness, (double)cases[i].n_dot_v, (double)cases[i].env,
+                         (double)cases[i].reflected);
         count = integrate(*state, 1, 1, cases);
     }
 }
@@ -112,7 +115,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(white_metal_never_gains_energy, setup, teardown),
-        cmocka_unit_test_setup_teardown(white_dielectric_is_a_furnace_away_from_grazing_view, setup, teardown),
+        cmocka_unit_test_setup_teardown(white_dielectric_is_a_furnace_away_from_grazing_view, setup,
+                                        teardown),
         cmocka_unit_test_setup_teardown(env_fit_is_near_the_integral, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,5 @@
-/* Integrates the BRDF over the hemisphere for each case, by the midpoint rule, one azimuth an invocation (llvmpipe ends
- * any loop after 65535 rounds). */
+/* Integrates the BRDF over the hemisphere for each case, by the midpoint rule, one azimuth an invocation
+ * (llvmpipe ends any loop after 65535 rounds). */
 
 #include "shaders/include/brdf.glsl"
 
@@ -25,11 +25,12 @@ void main()
     s.roughness = m.z;
     vec3 v = vec3(sqrt(1.0 - m.w * m.w), 0.0, m.w);
     float t = (float(gl_LocalInvocationIndex) + 0.5) / float(PHI);
-    float phi = BRDF_PI * (1.0 - t * t); /* finer where lobes are, opposite to v; the other half is its mirror image */
+    float phi = BRDF_PI * (1.0 - t * t); /* finer where lobes are; the other half mirrors this */
     float column = 0.0;
     for (int i = 0; i < THETA; i++) {
         float theta = (float(i) + 0.5) / float(THETA) * (0.5 * BRDF_PI);
-        column += brdf_direct(s, v, vec3(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta))).r * sin(theta);
+        vec3 l = vec3(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta));
+        column += brdf_direct(s, v, l).r * sin(theta);
     }
     columns[gl_LocalInvocationIndex] = column * 2.0 * t; /* d phi */
     barrier();

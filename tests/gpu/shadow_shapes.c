@@ -12,7 +12,8 @@ static kd_light sun(float intensity)
 static void add_floor(render *r)
 {
     kd_material_desc m = render_matte(0.8f);
-    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){20, 1, 20}, &m, (kd_vec3){0, 0, 0}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_PLANE, (kd_vec3){20, 1, 20}, &m, (kd_vec3){0, 0, 0}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
 }
 
 static kd_entity add_box(render *r, kd_vec3 size, kd_vec3 position)
@@ -41,24 +42,28 @@ static floor_map read_unshadowed(render *r, float half_height)
 static float share_at(const render *r, const floor_map *m, float x, float z)
 {
     float scale = (float)m->height / (2 * m->half_height);
-    uint32_t px = (uint32_t)floorf((float)m->width / 2 + x * scale), py = (uint32_t)floorf((float)m->height / 2 + z * scale);
+    uint32_t px = (uint32_t)floorf((float)m->width / 2 + x * scale),
+             py = (uint32_t)floorf((float)m->height / 2 + z * scale);
     return render_pixel(r, px, py)[0] / m->lit[py * m->width + px];
 }
 
 static void expect_lit(const render *r, const floor_map *m, float x, float z)
 {
     if (!(fabsf(share_at(r, m, x, z) - 1) < 0.01f))
-        fail_msg("floor at %g %g has %g of its light, expected all", (double)x, (double)z, (double)share_at(r, m, x, z));
+        fail_msg("floor at %g %g has %g of its light, expected all", (double)x, (double)z,
+                 (double)share_at(r, m, x, z));
 }
 
 static void expect_dark(const render *r, const floor_map *m, float x, float z)
 {
     if (!(share_at(r, m, x, z) < 0.01f))
-        fail_msg("floor at %g %g has %g of its light, expected none", (double)x, (double)z, (double)share_at(r, m, x, z));
+        fail_msg("floor at %g %g has %g of its light, expected none", (double)x, (double)z,
+                 (double)share_at(r, m, x, z));
 }
 
-/* A box of 1 m on the floor, sun at 45 degrees towards +x: its top edge at x = 0.5, y = 1 throws shadow to x = 1.5; in z the
- * shadow is as wide as the box. The border is sharp to one filter width: 2 texels of 5.66 m / 1024 are 11 mm, pixels are 33. */
+/* A box of 1 m on the floor, sun at 45 degrees towards +x: its top edge at x = 0.5, y = 1 throws shadow to x
+ * = 1.5; in z the shadow is as wide as the box. The border is sharp to one filter width: 2 texels of 5.66 m /
+ * 1024 are 11 mm, pixels are 33. */
 static void directional_shadow_of_box_falls_where_it_must(void **state)
 {
     render *r = *state;
@@ -80,8 +85,8 @@ static void directional_shadow_of_box_falls_where_it_must(void **state)
     free(open.lit);
 }
 
-/* Lamp at 3 m above the middle; box of 0.5 m floating at 1.25 … 1.75 m: the shadow's edge lies where the ray past the lower
- * outer edge (0.25, 1.75 is nearer the lamp and wider) lands: top edge 0.25 * 3 / (3 - 1.75) = 0.6. */
+/* Lamp at 3 m above the middle, a box of 0.5 m at heights of 1.25 to 1.75 m: of its edges the upper ones, 0.25 off the
+ * middle, throw the widest shadow, to 0.25 * 3 / (3 - 1.75) = 0.6. */
 static void local_shadow_of_box(render *r, kd_light light, const char *name)
 {
     add_floor(r);
@@ -97,7 +102,8 @@ static void local_shadow_of_box(render *r, kd_light light, const char *name)
         expect_lit(r, &open, x * 0.68f, z * 0.68f);
         expect_lit(r, &open, x * 1.1f, z * 1.1f);
     }
-    kd_find_mut(r->world, box, kd_transform)->position.x = 5; /* gone, and so is the shadow, in the same frame */
+    kd_find_mut(r->world, box, kd_transform)->position.x =
+        5; /* gone, and so is the shadow, in the same frame */
     render_frame(r, name);
     expect_lit(r, &open, 0.4f, 0);
     free(open.lit);
@@ -105,13 +111,17 @@ static void local_shadow_of_box(render *r, kd_light light, const char *name)
 
 static void spot_shadow_of_box_falls_where_it_must(void **state)
 {
-    local_shadow_of_box(*state, (kd_light){.type = KD_SPOT, .color = {1, 1, 1}, .intensity = 30, .inner_cone = 0.5f,
-                                           .outer_cone = 0.6f}, "shadow_spot");
+    local_shadow_of_box(
+        *state,
+        (kd_light){
+            .type = KD_SPOT, .color = {1, 1, 1}, .intensity = 30, .inner_cone = 0.5f, .outer_cone = 0.6f},
+        "shadow_spot");
 }
 
 static void point_shadow_of_box_falls_where_it_must(void **state)
 {
-    local_shadow_of_box(*state, (kd_light){.type = KD_POINT, .color = {1, 1, 1}, .intensity = 30}, "shadow_point");
+    local_shadow_of_box(*state, (kd_light){.type = KD_POINT, .color = {1, 1, 1}, .intensity = 30},
+                        "shadow_point");
 }
 
 /* Each face of a point light's cube: a small lit panel on each of six sides, and a blocker half way to it. */
@@ -128,13 +138,17 @@ static void point_light_casts_into_all_six_directions(void **state)
         if (side / 2 == 2)
             turned = (kd_vec3){0, d.z, 0};
         render_setup((void **)&r);
-        render_shape(r, KD_SHAPE_BOX, (kd_vec3){0.5f, 0.5f, 0.5f}, &m, kd_vec3_scale(d, 2), RENDER_UPRIGHT, RENDER_UNIT);
-        render_light(r, (kd_light){.type = KD_POINT, .color = {1, 1, 1}, .intensity = 30}, (kd_vec3){0, 0, 0}, (kd_vec3){0, 0, -1});
+        render_shape(r, KD_SHAPE_BOX, (kd_vec3){0.5f, 0.5f, 0.5f}, &m, kd_vec3_scale(d, 2), RENDER_UPRIGHT,
+                     RENDER_UNIT);
+        render_light(r, (kd_light){.type = KD_POINT, .color = {1, 1, 1}, .intensity = 30}, (kd_vec3){0, 0, 0},
+                     (kd_vec3){0, 0, -1});
         /* looks at the lit face from beside the lamp */
-        render_camera(r, kd_vec3_add(kd_vec3_scale(turned, 0.7f), (kd_vec3){0.01f, 0, 0.013f}), kd_vec3_scale(d, 1.75f), 0.5f);
+        render_camera(r, kd_vec3_add(kd_vec3_scale(turned, 0.7f), (kd_vec3){0.01f, 0, 0.013f}),
+                      kd_vec3_scale(d, 1.75f), 0.5f);
         render_frame(r, "six_open");
         float open = render_pixel(r, 80, 60)[0];
-        render_shape(r, KD_SHAPE_BOX, (kd_vec3){0.3f, 0.3f, 0.3f}, &m, kd_vec3_scale(d, 0.6f), RENDER_UPRIGHT, RENDER_UNIT);
+        render_shape(r, KD_SHAPE_BOX, (kd_vec3){0.3f, 0.3f, 0.3f}, &m, kd_vec3_scale(d, 0.6f), RENDER_UPRIGHT,
+                     RENDER_UNIT);
         render_frame(r, "six");
         float shadowed = render_pixel(r, 80, 60)[0];
         render_teardown((void **)&r);
@@ -174,11 +188,12 @@ static void add_sphere_on_floor(render *r)
 {
     kd_material_desc m = render_matte(0.8f);
     add_floor(r);
-    render_shape(r, KD_SHAPE_SPHERE, (kd_vec3){1, 1, 1}, &m, (kd_vec3){0, 0.5f, 0}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_SPHERE, (kd_vec3){1, 1, 1}, &m, (kd_vec3){0, 0.5f, 0}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
 }
 
-/* The ball's facets are 11 degrees wide: where the light comes in flatter than half of that, sin 5.6 degrees = 0.1 of the
- * full 3 * 0.8 / pi, neighbouring facets may shade one another: -1. */
+/* The ball's facets are 11 degrees wide: where the light comes in flatter than half of that, sin 5.6 degrees
+ * = 0.1 of the full 3 * 0.8 / pi, neighbouring facets may shade one another: -1. */
 static float pixel_share(const render *r, const floor_map *open, uint32_t x, uint32_t y)
 {
     float lit = open->lit[y * open->width + x];
@@ -199,8 +214,9 @@ static int count_isolated(const render *r, const floor_map *open)
     return isolated;
 }
 
-/* Acne shows as pixels that differ from all round them. A smooth ball on a plain floor has none, from a sun that barely
- * grazes the floor to a high one. From the sides and from ahead: from behind, the ball's own shadow peeps out as a sliver. */
+/* Acne shows as pixels that differ from all round them. A smooth ball on a plain floor has none, from a sun
+ * that barely grazes the floor to a high one. From the sides and from ahead: from behind, the ball's own
+ * shadow peeps out as a sliver. */
 static void grazing_light_leaves_no_acne(void **state)
 {
     render *r = *state;
@@ -224,8 +240,9 @@ static void grazing_light_leaves_no_acne(void **state)
     }
 }
 
-/* A floor point is in the ball's shadow when the line from it to the sun passes the centre (0, 0.5, 0) nearer than the radius
- * 0.5. Borders may be off by 5 cm: a pixel is 3.3 cm, the filter and the lift are a centimetre each. */
+/* A floor point is in the ball's shadow when the line from it to the sun passes the centre (0, 0.5, 0) nearer
+ * than the radius 0.5. Borders may be off by 5 cm: a pixel is 3.3 cm, the filter and the lift are a
+ * centimetre each. */
 static void grazing_shadow_of_sphere_is_where_it_must_be(void **state)
 {
     render *r = *state;
@@ -256,8 +273,8 @@ static void grazing_shadow_of_sphere_is_where_it_must_be(void **state)
     }
 }
 
-/* A bare floor under a low lamp is lit wherever its light reaches, over all faces of the point light's cube and out to the rim
- * of the spot's cone: no pixel may lose any of it. */
+/* A bare floor under a low lamp is lit wherever its light reaches, over all faces of the point light's cube
+ * and out to the rim of the spot's cone: no pixel may lose any of it. */
 static void lamps_over_a_bare_floor_leave_no_acne(void **state)
 {
     render *r = *state;
@@ -276,7 +293,8 @@ static void lamps_over_a_bare_floor_leave_no_acne(void **state)
         render_frame(r, "lamp");
         for (uint32_t p = 0; p < r->frame->width * r->frame->height; p++)
             if (open.lit[p] > 1e-3f && !(r->hdr[p * 4] > open.lit[p] * 0.99f))
-                fail_msg("lamp %d pixel %u %u: %g of %g", i, p % 160, p / 160, (double)r->hdr[p * 4], (double)open.lit[p]);
+                fail_msg("lamp %d pixel %u %u: %g of %g", i, p % 160, p / 160, (double)r->hdr[p * 4],
+                         (double)open.lit[p]);
         free(open.lit);
         kd_destroy(r->world, lamp);
     }
@@ -300,7 +318,8 @@ static void material_below_cutoff_is_cut_from_picture_and_shadow(void **state)
     expect_lit(r, &open, 1, 0);
     expect_lit(r, &open, 0, 0);
     m.base_color.w = 0.5f;
-    render_shape(r, KD_SHAPE_BOX, (kd_vec3){1, 1, 1}, &m, (kd_vec3){0, 0.5f, -1.2f}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_BOX, (kd_vec3){1, 1, 1}, &m, (kd_vec3){0, 0.5f, -1.2f}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
     render_frame(r, "mask");
     expect_dark(r, &open, 1, -1.2f);
     expect_lit(r, &open, 1, 0);
