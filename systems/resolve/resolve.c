@@ -51,6 +51,8 @@ bool resolve_measures(kd_system_context *context)
 {
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     uint32_t view = shown_view(frame);
+    if (frame->view == KD_VIEW_OCTREE)
+        return true; /* drawn after this pass: the tone map comes last */
     bool light = view == KD_VIEW_FINAL || view == KD_VIEW_DIRECT || view == KD_VIEW_INDIRECT ||
                  view == KD_VIEW_SPECULAR;
     return light && frame->settings.view_auto_exposure;
