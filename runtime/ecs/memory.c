@@ -10,8 +10,7 @@
 
 #define LINE       64u
 #define HUGE_BYTES ((size_t)2 << 20)
-#define MAP_BYTES  ((size_t)256 << 10) /* from here on a block is mapped */
-#define PAGE_BYTES ((size_t)4096)
+#define MAP_BYTES  (2 * HUGE_BYTES) /* from here on a block is mapped; below, the heap measured faster */
 
 typedef struct block_head {
     size_t bytes;
@@ -50,11 +49,6 @@ static uint8_t *map_place(size_t bytes)
 
 static uint8_t *map_new(size_t bytes)
 {
-    if (bytes < 2 * HUGE_BYTES) { /* all pages at once: a fault for each would cost more than filling them */
-        uint8_t *base =
-            mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
-        return base == MAP_FAILED ? NULL : base;
-    }
     uint8_t *place = map_place(bytes);
     if (!place)
         return NULL;
@@ -68,24 +62,12 @@ static uint8_t *map_new(size_t bytes)
 
 static uint8_t *map_grow(uint8_t *base, size_t old_bytes, size_t bytes)
 {
-    if (bytes < 2 * HUGE_BYTES) {
-        uint8_t *moved = mremap(base, old_bytes, bytes, MREMAP_MAYMOVE);
-        if (moved == MAP_FAILED)
-            return NULL;
-#ifdef MADV_POPULATE_WRITE
-        if (bytes > old_bytes)
-            madvise(moved + old_bytes, bytes - old_bytes, MADV_POPULATE_WRITE);
-#endif
-        return moved;
-    }
     uint8_t *place = map_place(bytes);
     if (!place)
         return NULL;
     uint8_t *moved = mremap(base, old_bytes, bytes, MREMAP_MAYMOVE | MREMAP_FIXED, place);
-    if (moved == MAP_FAILED) {
-        munmap(place, bytes);
+    if (moved == MAP_FAILED) /* the place may be gone and somebody else's by now: it is left alone */
         return NULL;
-    }
     madvise(moved, bytes, MADV_HUGEPAGE);
     return moved;
 }
@@ -113,12 +95,10 @@ static uint8_t *resize(void *block, size_t keep_bytes, size_t total, size_t mapp
     return base;
 }
 
-/* Whole huge pages once one more or less does not matter: a page touched while the mapping ends inside it
- * stays small. */
+/* Whole huge pages: one that is touched while the mapping still ends inside it stays small. */
 static size_t mapping_of(size_t total)
 {
-    size_t page = total >= 2 * HUGE_BYTES ? HUGE_BYTES : PAGE_BYTES;
-    return total >= MAP_BYTES ? (total + page - 1) & ~(page - 1) : 0;
+    return total >= MAP_BYTES ? (total + HUGE_BYTES - 1) & ~(HUGE_BYTES - 1) : 0;
 }
 
 void *ecs_grow(kd_world *w, void *block, size_t keep_bytes, size_t bytes)

@@ -275,6 +275,10 @@ bool kd_iter_next(kd_iter *it)
                 continue;
             return true;
         }
+        if (it->next_table + 1 < q->match_count) { /* small tables are bound by reaching the next one */
+            __builtin_prefetch(m[1].table);
+            __builtin_prefetch(m[1].table->columns);
+        }
         show_rows(it, m, 0, count);
         return true;
     }
@@ -293,6 +297,17 @@ void ecs_iter_check(const kd_iter *it, uint32_t index, size_t size)
     (void)q, (void)index, (void)size;
 }
 
+/* Rows within one chunk that bears the present version: what a small table looks like when it is visited
+ * again. */
+static inline bool stamped_already(const kd_world *w, const ecs_table *t, uint32_t column, uint32_t row,
+                                   uint32_t count)
+{
+    uint32_t chunk = row / ECS_CHUNK_ROWS;
+    uint64_t version = atomic_load_explicit(&((kd_world *)(uintptr_t)w)->version, memory_order_relaxed);
+    return (row + count - 1) / ECS_CHUNK_ROWS == chunk &&
+           __atomic_load_n(&ecs_versions(t, column)[1 + chunk], __ATOMIC_RELAXED) == version;
+}
+
 void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)
 {
     const kd_query *q = it->query;
@@ -309,7 +324,8 @@ void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)
     (void)size;
     const ecs_match *m = it->internal[0];
     uint32_t c = m->columns[index];
-    if (c && c != ECS_TAG_COLUMN)
+    if (c && c != ECS_TAG_COLUMN &&
+        !stamped_already(q->world, m->table, c, it->next_row - it->count, it->count))
         ecs_column_stamp(q->world, m->table, c, it->next_row - it->count, it->count);
     return it->columns[index];
 }
