@@ -1,8 +1,8 @@
 #ifndef KD_SYSTEMS_RESOLVE_INTERNAL_H
 #define KD_SYSTEMS_RESOLVE_INTERNAL_H
 
-/* What the two systems that make the picture share: the sum of all light, and the way to the screen when the
- * exposure has to be measured first. */
+/* What the two systems that make the picture share: the sum of all light, and the way to the screen when that
+ * has to wait for a measured exposure or a view that is drawn later. */
 
 #include "components/camera.h"
 #include "components/frame.h"
@@ -20,8 +20,8 @@ typedef struct resolve_variant {
 } resolve_variant;
 
 typedef struct resolve_state {
-    resolve_variant resolve[KD_SHOW_COUNT][RESOLVE_KINDS]
-                           [2]; /* kinds: bit 0 directional lights, bit 1 local; [1]: LDR */
+    /* by view, kinds of light (bit 0 directional, bit 1 local) and whether the picture is made at once */
+    resolve_variant resolve[KD_SHOW_COUNT][RESOLVE_KINDS][2];
     kd_gpu_program tonemap, luminance, exposure;
     kd_gpu_texture black;
     kd_gpu_buffer exposure_buffer, partials;
@@ -30,9 +30,8 @@ typedef struct resolve_state {
 /** Groups that cover `size` pixels. */
 uint32_t resolve_groups(uint32_t size, uint32_t group);
 struct kd_resolve_params resolve_params(kd_system_context *context);
-/** Tell whether this frame's exposure is measured: then tonemap makes the picture, else resolve does at once.
- */
-bool resolve_measures(kd_system_context *context);
+/** Tell whether this frame's exposure is measured. */
+bool resolve_measures(const kd_frame *frame);
 
 kd_status resolve_tonemap_init(kd_system_context *context);
 void resolve_tonemap_run(kd_system_context *context);

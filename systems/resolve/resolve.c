@@ -47,15 +47,19 @@ struct kd_resolve_params resolve_params(kd_system_context *context)
         .mode = {0, (uint32_t)frame->settings.view_tonemap, has_gi(context) ? 1 : 0, 0}};
 }
 
-bool resolve_measures(kd_system_context *context)
+bool resolve_measures(const kd_frame *frame)
 {
-    const kd_frame *frame = kd_singleton(context->world, kd_frame);
     uint32_t view = shown_view(frame);
-    if (frame->view == KD_VIEW_OCTREE)
-        return true; /* drawn after this pass: the tone map comes last */
     bool light = view == KD_VIEW_FINAL || view == KD_VIEW_DIRECT || view == KD_VIEW_INDIRECT ||
                  view == KD_VIEW_SPECULAR;
     return light && frame->settings.view_auto_exposure;
+}
+
+/* Views that other systems draw after this one are brought to the screen last. */
+static bool tonemap_is_late(kd_system_context *context)
+{
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    return frame->view != shown_view(frame) || resolve_measures(frame);
 }
 
 static void destroy_picture(kd_gpu *gpu, kd_picture *p)
@@ -105,7 +109,7 @@ static kd_gpu_program find_program(kd_system_context *context, resolve_state *s)
     uint32_t view = shown_view(kd_singleton(context->world, kd_frame));
     uint32_t kinds = (lighting->directional_count > 0 ? 1u : 0u) |
                      (lighting->light_count > lighting->directional_count ? 2u : 0u);
-    bool ldr = !resolve_measures(context);
+    bool ldr = !tonemap_is_late(context);
     resolve_variant *variant = &s->resolve[view][kinds][ldr];
     if (!variant->tried)
         variant->program = make_program(context->gpu, view, kinds, ldr);
@@ -221,7 +225,7 @@ kd_status kd_resolve_import(kd_schedule *schedule)
                                              .resources = {{"lights.uniform", KD_USE_UNIFORM},
                                                            {"picture", KD_USE_SAMPLED | KD_USE_IMAGE_WRITE}},
                                              .init = resolve_tonemap_init,
-                                             .run_if = resolve_measures,
+                                             .run_if = tonemap_is_late,
                                              .run = resolve_tonemap_run,
                                              .fini = resolve_tonemap_fini,
                                              .bytes_moved = tonemap_bytes,

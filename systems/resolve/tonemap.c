@@ -1,5 +1,7 @@
-/* System tonemap: measures the picture and brings it to the screen with the exposure found. Runs only when
- * the exposure is automatic. Nothing comes back to the CPU: the exposure stays in a buffer. */
+/* System tonemap: brings the picture to the screen when resolve could not: the exposure is measured from it,
+ * or another system has drawn over it. Nothing comes back to the CPU: the exposure stays in a buffer. */
+
+#include <math.h>
 
 #include "systems/resolve/internal.h"
 
@@ -15,7 +17,8 @@ kd_status resolve_tonemap_init(kd_system_context *context)
     s->luminance = make_program(context->gpu, "shaders/resolve/luminance.comp");
     s->exposure = make_program(context->gpu, "shaders/resolve/exposure.comp");
     s->exposure_buffer =
-        kd_gpu_make_buffer(context->gpu, &(kd_gpu_buffer_desc){.size = sizeof(float), .name = "exposure"});
+        kd_gpu_make_buffer(context->gpu, &(kd_gpu_buffer_desc){
+                                             .size = sizeof(float), .usage = KD_BUFFER_STREAM, .name = "exposure"});
     bool made =
         s->tonemap.id != 0 && s->luminance.id != 0 && s->exposure.id != 0 && s->exposure_buffer.id != 0;
     return made ? KD_OK : KD_GPU;
@@ -31,8 +34,7 @@ void resolve_tonemap_fini(kd_system_context *context)
     kd_gpu_destroy_buffer(context->gpu, s->partials);
 }
 
-/* Measure this picture alone: what earlier frames showed must not matter. Hands the exposure on in the
- * buffer. */
+/* Measure this picture alone: what earlier frames showed must not matter. */
 static void measure_exposure(kd_system_context *context, resolve_state *s, const kd_picture *picture,
                              const struct kd_resolve_params *params)
 {
@@ -49,10 +51,17 @@ static void measure_exposure(kd_system_context *context, resolve_state *s, const
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
+static void set_exposure(kd_gpu *gpu, resolve_state *s, const kd_frame *frame)
+{
+    float exposure = exp2f(frame->settings.view_exposure_ev);
+    kd_gpu_write_buffer(gpu, s->exposure_buffer, 0, &exposure, sizeof exposure);
+}
+
 void resolve_tonemap_run(kd_system_context *context)
 {
     kd_gpu *gpu = context->gpu;
     resolve_state *s = context->user;
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
     const kd_picture *picture = kd_singleton(context->world, kd_picture);
     struct kd_resolve_params params = resolve_params(context);
     params.mode.w = resolve_groups(picture->width, RESOLVE_LUMINANCE_GROUP) *
@@ -60,7 +69,10 @@ void resolve_tonemap_run(kd_system_context *context)
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_gpu_bind_storage(gpu, 0, s->exposure_buffer);
     kd_gpu_bind_texture(gpu, 0, picture->hdr);
-    measure_exposure(context, s, picture, &params);
+    if (resolve_measures(frame))
+        measure_exposure(context, s, picture, &params);
+    else
+        set_exposure(gpu, s, frame);
     kd_gpu_bind_image(gpu, 1, picture->ldr, 0, KD_IMAGE_WRITE, KD_RGBA8);
     kd_gpu_dispatch(gpu, s->tonemap, resolve_groups(picture->width, RESOLVE_GROUP),
                     resolve_groups(picture->height, RESOLVE_GROUP), 1);

@@ -160,6 +160,29 @@ static void auto_exposure_puts_a_flat_picture_to_mid_grey(void **state)
     assert_in_range(r->ldr[0], 117, 118);
 }
 
+/* Views that other systems draw into the picture after resolve go through the same exposure and curve: with nobody
+ * drawing, the final picture must come out. */
+static void late_views_are_tone_mapped_alike(void **state)
+{
+    render *r = *state;
+    uint8_t *final = malloc(160 * 120 * 4);
+    assert_non_null(final);
+    r->frame->settings.view_tonemap = KD_TONEMAP_ACES;
+    r->frame->settings.view_exposure_ev = 0.5f;
+    add_floor(r, 0.5f);
+    render_top_camera(r, 2);
+    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 0.7f, 0.4f}, .intensity = 9}, (kd_vec3){0, 1, 0},
+                 (kd_vec3){0, 0, -1});
+    render_frame(r, "final");
+    memcpy(final, r->ldr, 160 * 120 * 4);
+    r->frame->view = KD_VIEW_OCTREE;
+    render_frame(r, "late");
+    /* the two passes round a half float apart: a step of 255 at most */
+    for (int i = 0; i < 160 * 120 * 4; i++)
+        assert_in_range(r->ldr[i], final[i] > 0 ? final[i] - 1 : 0, final[i] < 255 ? final[i] + 1 : 255);
+    free(final);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -169,6 +192,7 @@ int main(void)
         RENDER_TEST(spot_light_fades_between_its_cones),
         RENDER_TEST(emission_and_sky_add_up),
         RENDER_TEST(picture_has_row_0_on_top),
+        RENDER_TEST(late_views_are_tone_mapped_alike),
         RENDER_TEST(auto_exposure_puts_a_flat_picture_to_mid_grey),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
