@@ -1,5 +1,7 @@
 #include "components/material.h"
 
+#include "shaders/shared/bindings.h"
+
 #include <math.h>
 
 enum { MAP_COUNT = 5 };
@@ -41,4 +43,13 @@ struct kd_material_params kd_material_params_make(const kd_store_material *mater
         p.maps.y |= refs[i]->uv_set == 1 ? 1u << i : 0;
     }
     return p;
+}
+
+void kd_material_bind(kd_gpu *gpu, const kd_store_material *material)
+{
+    struct kd_material_params params = kd_material_params_make(material);
+    kd_gpu_bind_uniform(gpu, KD_BIND_MATERIAL, &params, sizeof params);
+    for (uint32_t i = 0; i < 5; i++)
+        if (material->maps[i].id)
+            kd_gpu_bind_texture(gpu, KD_UNIT_BASE_COLOR + i, material->maps[i]);
 }

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "components/material_params.h"
+#include "components/material.h"
 #include "runtime/core/log.h"
 #include "systems/voxel_cache/columns.h"
 
