@@ -217,6 +217,8 @@ struct kd_world {
     kd_commands commands[KD_MAX_WORKERS];
 };
 
+_Static_assert(offsetof(kd_world, head) == 0, "inlined lookups read a world as its head");
+
 /* memory.c: blocks aligned to 64 bytes. */
 /** Make `block` (NULL: none yet) `bytes` long, keeping its first keep_bytes. Returns NULL, block untouched,
  * when out. */

@@ -10,8 +10,8 @@
  *         for (uint32_t i = 0; i < it.count; i++) …
  *     }
  *
- * A column is always an array of it.count values (or NULL for an absent optional term). Iteration order: tables in order
- * of creation, rows in order; by hierarchy depth first when the query asks for it. */
+ * A column is always an array of it.count values (or NULL for an absent optional term). Iteration order:
+ * tables in order of creation, rows in order; by hierarchy depth first when the query asks for it. */
 
 #include "runtime/ecs/world.h"
 
@@ -19,24 +19,45 @@ typedef enum kd_term_kind {
     KD_TERM_END,
     KD_TERM_READ,
     KD_TERM_WRITE,
-    KD_TERM_OPTIONAL,       /* read */
+    KD_TERM_OPTIONAL, /* read */
     KD_TERM_OPTIONAL_WRITE,
-    KD_TERM_WITH,           /* must be there, not accessed */
+    KD_TERM_WITH, /* must be there, not accessed */
     KD_TERM_WITHOUT,
-    KD_TERM_ANY,            /* at least one of the ANY terms must be there; read, NULL when absent */
+    KD_TERM_ANY, /* at least one of the ANY terms must be there; read, NULL when absent */
 } kd_term_kind;
 
 typedef struct kd_term {
     kd_term_kind kind;
     const kd_component_desc *desc;
 } kd_term;
-#define KD_READ(type) {KD_TERM_READ, &type##_desc}
-#define KD_WRITE(type) {KD_TERM_WRITE, &type##_desc}
-#define KD_OPTIONAL(type) {KD_TERM_OPTIONAL, &type##_desc}
-#define KD_OPTIONAL_WRITE(type) {KD_TERM_OPTIONAL_WRITE, &type##_desc}
-#define KD_WITH(type) {KD_TERM_WITH, &type##_desc}
-#define KD_WITHOUT(type) {KD_TERM_WITHOUT, &type##_desc}
-#define KD_ANY(type) {KD_TERM_ANY, &type##_desc}
+#define KD_READ(type)                                                                                        \
+    {                                                                                                        \
+        KD_TERM_READ, &type##_desc                                                                           \
+    }
+#define KD_WRITE(type)                                                                                       \
+    {                                                                                                        \
+        KD_TERM_WRITE, &type##_desc                                                                          \
+    }
+#define KD_OPTIONAL(type)                                                                                    \
+    {                                                                                                        \
+        KD_TERM_OPTIONAL, &type##_desc                                                                       \
+    }
+#define KD_OPTIONAL_WRITE(type)                                                                              \
+    {                                                                                                        \
+        KD_TERM_OPTIONAL_WRITE, &type##_desc                                                                 \
+    }
+#define KD_WITH(type)                                                                                        \
+    {                                                                                                        \
+        KD_TERM_WITH, &type##_desc                                                                           \
+    }
+#define KD_WITHOUT(type)                                                                                     \
+    {                                                                                                        \
+        KD_TERM_WITHOUT, &type##_desc                                                                        \
+    }
+#define KD_ANY(type)                                                                                         \
+    {                                                                                                        \
+        KD_TERM_ANY, &type##_desc                                                                            \
+    }
 
 #define KD_MAX_TERMS 16
 
@@ -48,9 +69,10 @@ typedef struct kd_query_desc {
 
 typedef struct kd_query kd_query;
 
-/** Make a query or find the equal one made before (counted). Returns NULL when memory is out. Threading: any. */
+/** Make a query or find the equal one made before (counted). Returns NULL when memory is out. Threading: any.
+ */
 kd_query *kd_query_make(kd_world *w, const kd_query_desc *desc);
-void kd_query_destroy(kd_query *q); /* gives one count back; kd_world_destroy frees those that are left */
+void kd_query_destroy(kd_query *q);   /* gives one count back; kd_world_destroy frees those that are left */
 uint32_t kd_query_count(kd_query *q); /* matching entities */
 
 typedef struct kd_iter {
@@ -59,18 +81,19 @@ typedef struct kd_iter {
     const kd_entity *parents;  /* [count]; NULL for entities without parent (depth 0) */
     void *columns[KD_MAX_TERMS];
     kd_query *query;
-    uint64_t changed_since; /* 0: visit all; else only chunks in which an accessed term changed after this version */
+    uint64_t changed_since; /* 0: visit all; else only chunks in which an accessed term changed after this
+                               version */
     uint32_t next_table, next_row;
     void *internal[2];
 } kd_iter;
 
 /** Begin to iterate. An iterator owns nothing and may be abandoned at any row. */
 kd_iter kd_query_iter(kd_query *q);
-/** Show the next rows: a table's, or with changed_since a run of its changed chunks. Structural changes while iterating
- *  assert; without assertions they are reported once and the iteration ends. */
+/** Show the next rows: a table's, or with changed_since a run of its changed chunks. Structural changes while
+ * iterating assert; without assertions they are reported once and the iteration ends. */
 bool kd_iter_next(kd_iter *it);
-/** Take the world's change counter: keep it and set it as an iterator's changed_since to see what is accessed for
- *  writing, added or moved after this call (chunk by chunk). Threading: any. */
+/** Take the world's change counter: keep it and set it as an iterator's changed_since to see what is accessed
+ * for writing, added or moved after this call (chunk by chunk). Threading: any. */
 uint64_t kd_world_version(const kd_world *w);
 
 void ecs_iter_check(const kd_iter *it, uint32_t index, size_t size);
@@ -85,7 +108,7 @@ static inline const void *kd_iter_column(const kd_iter *it, uint32_t index, size
 }
 /** Column of term `index` to write; asserts that the term was declared WRITE and marks the chunk changed. */
 void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size);
-#define KD_COLUMN(it, type, index) ((const type *)kd_iter_column((it), (index), sizeof(type)))
+#define KD_COLUMN(it, type, index)     ((const type *)kd_iter_column((it), (index), sizeof(type)))
 #define KD_COLUMN_MUT(it, type, index) ((type *)kd_iter_column_mut((it), (index), sizeof(type)))
 
 #endif

@@ -1,7 +1,14 @@
 #ifndef KD_ECS_WORLD_H
 #define KD_ECS_WORLD_H
 
-/* A world of entities in archetype tables. Same calls give the same handles and the same order, at any thread count. */
+/* A world of entities in archetype tables. Same calls give the same handles and the same order, at any thread
+ * count.
+ *
+ * A world holds up to 2^27 entities, 2^20 tables, 512 components and chains 65535 deep; calls that would pass
+ * that fail as if memory were out. Pointers to values are valid until the next structural change (spawn,
+ * destroy, adding or removing a component, a change of depth). Values given to a call may lie in the world
+ * itself. on_remove hooks run while a table is being changed: they free what the value owns and call nothing
+ * of the world. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -30,9 +37,9 @@ kd_world *kd_world_make(void); /* NULL when memory is out */
 void kd_world_destroy(kd_world *w);
 
 /* ---- components of a world ---- */
-/** Find the id that `w` gave to the component, registering it first when it is new. `desc` must outlive the world.
- *  Two descriptions of one name are one component. Returns 0 when memory is out, 512 are there, or sizes disagree.
- *  Threading: any. */
+/** Find the id that `w` gave to the component, registering it first when it is new. `desc` must outlive the
+ * world. Two descriptions of one name are one component. Returns 0 when memory is out, 512 are there, or
+ * sizes disagree. Threading: any. */
 static inline kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc);
 /** Find by the name that scripts write. Returns 0 when there is none. */
 kd_component_id kd_component_find(const kd_world *w, const char *name);
@@ -46,19 +53,22 @@ typedef struct kd_value {
     const void *value; /* NULL: the component's default */
 } kd_value;
 #define KD_VAL(type, ...) ((kd_value){&type##_desc, &(const type)__VA_ARGS__})
-#define KD_TAG(type) ((kd_value){&type##_desc, NULL})
+#define KD_TAG(type)      ((kd_value){&type##_desc, NULL})
 
 /** Make one entity with all its values in one table write. Returns KD_NO_ENTITY when memory is out. */
 kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count);
 #define kd_spawn(w, ...)                                                                                     \
-    kd_spawn_values((w), (const kd_value[]){__VA_ARGS__}, (uint32_t)(sizeof((const kd_value[]){__VA_ARGS__}) / sizeof(kd_value)))
+    kd_spawn_values((w), (const kd_value[]){__VA_ARGS__},                                                    \
+                    (uint32_t)(sizeof((const kd_value[]){__VA_ARGS__}) / sizeof(kd_value)))
 /** The same as the last child of `parent`. Returns KD_NO_ENTITY also when the parent is dead. */
 kd_entity kd_spawn_child_values(kd_world *w, kd_entity parent, const kd_value *values, uint32_t count);
 #define kd_spawn_child(w, parent, ...)                                                                       \
-    kd_spawn_child_values((w), (parent), (const kd_value[]){__VA_ARGS__}, (uint32_t)(sizeof((const kd_value[]){__VA_ARGS__}) / sizeof(kd_value)))
-/** Make n entities of one archetype; columns[i] holds n values of descs[i] or is NULL for defaults. out may be NULL. */
-kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs, const void *const *columns,
-                     uint32_t component_count, kd_entity *out);
+    kd_spawn_child_values((w), (parent), (const kd_value[]){__VA_ARGS__},                                    \
+                          (uint32_t)(sizeof((const kd_value[]){__VA_ARGS__}) / sizeof(kd_value)))
+/** Make n entities of one archetype; columns[i] holds n values of descs[i] or is NULL for defaults. out may
+ * be NULL. */
+kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs,
+                     const void *const *columns, uint32_t component_count, kd_entity *out);
 /** Destroy an entity and its children. A dead handle does nothing. */
 void kd_destroy(kd_world *w, kd_entity e);
 bool kd_alive(const kd_world *w, kd_entity e);
@@ -67,50 +77,55 @@ kd_entity kd_entity_resolve(const kd_world *w, kd_entity e);
 uint32_t kd_entity_count(const kd_world *w);
 
 /* ---- values ---- */
-/** Get a value to read. Returns NULL when the entity is dead or lacks it. Valid until the next structural change. */
+/** Get a value to read. Returns NULL when the entity is dead or lacks it. Valid until the next structural
+ * change. */
 static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id);
 /** Get a value to write: marks its chunk as changed. */
 void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id);
-/** Set a value, adding the component when missing. A value that is replaced is released first (on_remove); to change a
- *  part of a component that owns something use kd_find_mut. Errors KD_NOT_FOUND for a dead entity, KD_NO_MEMORY. */
+/** Set a value, adding the component when missing. A value that is replaced is released first (on_remove); to
+ * change a part of a component that owns something use kd_find_mut. Errors KD_NOT_FOUND for a dead entity,
+ * KD_NO_MEMORY. */
 kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value);
 void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
-#define kd_find(w, e, type) ((const type *)kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)))
+#define kd_find(w, e, type)     ((const type *)kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)))
 #define kd_find_mut(w, e, type) ((type *)kd_find_mut_id((w), (e), KD_ID((w), type)))
 #define kd_set(w, e, type, ...) kd_set_value((w), (e), KD_VAL(type, __VA_ARGS__))
-#define kd_add(w, e, type) kd_set_value((w), (e), KD_TAG(type))
-#define kd_remove(w, e, type) kd_remove_id((w), (e), KD_ID((w), type))
-#define kd_has(w, e, type) (kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)) != NULL)
+#define kd_add(w, e, type)      kd_set_value((w), (e), KD_TAG(type))
+#define kd_remove(w, e, type)   kd_remove_id((w), (e), KD_ID((w), type))
+#define kd_has(w, e, type)      (kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)) != NULL)
 
 /* ---- one of a kind: a value that belongs to the world (frame time, settings, stores) ---- */
 void *kd_singleton_ensure(kd_world *w, const kd_component_desc *desc); /* starts as the default */
-void *kd_singleton_find(const kd_world *w, kd_component_id id); /* NULL when nobody asked for it yet */
+void *kd_singleton_find(const kd_world *w, kd_component_id id);        /* NULL when nobody asked for it yet */
 #define kd_singleton(w, type) ((type *)kd_singleton_ensure((w), &type##_desc))
 
 /* ---- names ---- */
-kd_status kd_set_name(kd_world *w, kd_entity e, const char *name); /* copied; need not be unique; NULL or "" removes */
-const char *kd_get_name(const kd_world *w, kd_entity e);           /* "" when it has none */
-kd_entity kd_find_named(const kd_world *w, const char *name);      /* named first among equals */
-kd_entity kd_next_named(const kd_world *w, kd_entity e);           /* the next one of the same name */
+kd_status kd_set_name(kd_world *w, kd_entity e,
+                      const char *name);                 /* copied; need not be unique; NULL or "" removes */
+const char *kd_get_name(const kd_world *w, kd_entity e); /* "" when it has none */
+kd_entity kd_find_named(const kd_world *w, const char *name); /* named first among equals */
+kd_entity kd_next_named(const kd_world *w, kd_entity e);      /* the next one of the same name */
 
 /* ---- hierarchy: ordered children; depth 0 is a root ---- */
-kd_status kd_set_parent(kd_world *w, kd_entity child, kd_entity parent); /* KD_NO_ENTITY orphans; OUT_OF_RANGE for a cycle */
+kd_status kd_set_parent(kd_world *w, kd_entity child,
+                        kd_entity parent); /* KD_NO_ENTITY orphans; OUT_OF_RANGE for a cycle */
 kd_entity kd_get_parent(const kd_world *w, kd_entity e);
 uint32_t kd_get_depth(const kd_world *w, kd_entity e);
 kd_entity kd_first_child(const kd_world *w, kd_entity e);
 kd_entity kd_next_sibling(const kd_world *w, kd_entity e);
 
 /* ---- commands: structural changes recorded now, applied at the next merge ---- */
-/* While a query is being iterated, or from jobs, structure is changed through commands only. Each worker has its own
- * buffer; a merge applies them ordered by (sort key, order of recording, worker). Jobs that may run side by side set sort
- * keys of their own: then the result is the same whichever worker ran them. Nothing recorded is seen before the merge;
- * commands on entities that are dead by then do nothing. */
+/* While a query is being iterated, or from jobs, structure is changed through commands only. Each worker has
+ * its own buffer; a merge applies them ordered by (sort key, order of recording, worker). Jobs that may run
+ * side by side set sort keys of their own: then the result is the same whichever worker ran them. Nothing
+ * recorded is seen before the merge; commands on entities that are dead by then do nothing. */
 typedef struct kd_commands kd_commands;
 /** Get the buffer of one worker (0 … KD_MAX_WORKERS-1). */
 kd_commands *kd_world_commands(kd_world *w, uint32_t worker);
 void kd_commands_key(kd_commands *c, uint64_t sort_key); /* of what is recorded next; default 0 */
-/** Record a new entity. The handle may be used in commands and in KD_ENTITY fields of recorded values at once, and for
- *  everything else after the merge, until the next merge that spawns; kd_entity_resolve gives the one to keep. */
+/** Record a new entity. The handle may be used in commands and in KD_ENTITY fields of recorded values at
+ * once, and for everything else after the merge, until the next merge that spawns; kd_entity_resolve gives
+ * the one to keep. */
 kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t count);
 void kd_commands_destroy(kd_commands *c, kd_entity e);
 void kd_commands_set(kd_commands *c, kd_entity e, kd_value value);
@@ -118,13 +133,15 @@ void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *de
 void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent);
 void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name);
 bool kd_world_has_commands(const kd_world *w);
-/** Apply everything recorded. Called between phases by the scheduler. Threading: the caller owns the world. */
+/** Apply everything recorded. Called between phases by the scheduler. Threading: the caller owns the world.
+ */
 kd_status kd_world_merge(kd_world *w);
 
 /* ---- statistics ---- */
 uint64_t kd_world_checksum(const kd_world *w); /* of all entities and plain-data components */
 size_t kd_world_bytes(const kd_world *w);      /* heap held */
-void kd_world_limit_bytes(kd_world *w, size_t bytes); /* calls that would pass it fail with KD_NO_MEMORY; 0: no limit */
+void kd_world_limit_bytes(kd_world *w,
+                          size_t bytes); /* calls that would pass it fail with KD_NO_MEMORY; 0: no limit */
 
 #define KD_MAX_WORKERS 64
 
@@ -136,8 +153,9 @@ static inline kd_component_id kd_component_ensure(kd_world *w, const kd_componen
 {
     const ecs_world_head *head = (const ecs_world_head *)(const void *)w;
     uint32_t slot = ecs_desc_slot(desc);
-    return __atomic_load_n(&head->desc_keys[slot], __ATOMIC_ACQUIRE) == desc ? head->desc_ids[slot]
-                                                                            : ecs_component_ensure_slow(w, desc);
+    return __atomic_load_n(&head->desc_keys[slot], __ATOMIC_ACQUIRE) == desc
+               ? head->desc_ids[slot]
+               : ecs_component_ensure_slow(w, desc);
 }
 
 static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id)
