@@ -10,6 +10,8 @@
 
 #include "runtime/core/log.h"
 
+enum { FULL_SIZE_SPOTS = 4 };
+
 static const float SPOT_NEAR_M = 0.02f;  /* nothing nearer to a lamp casts its shadow */
 static const float SPOT_MAX_TANGENT = 8; /* 83 degrees: wider cones keep an unshadowed rim */
 
@@ -158,12 +160,27 @@ static void add_lights(shadow_state *s, bool directional, const kd_view *view, c
     }
 }
 
+/* Layers that local lights ask for, granted or not. */
+static uint32_t count_local_layers(const shadow_state *s)
+{
+    uint32_t count = 0;
+    for (kd_iter it = kd_query_iter(s->query); kd_iter_next(&it);) {
+        const kd_light *lights = KD_COLUMN(&it, kd_light, 0);
+        for (uint32_t i = 0; i < it.count; i++)
+            if (!lights[i].no_shadow && lights[i].type != KD_DIRECTIONAL)
+                count += lights[i].type == KD_POINT ? 6 : 1;
+    }
+    return count;
+}
+
+/* A few spots get maps of full size; a cube or many spots share what that would cost. */
 static void begin_lights(shadow_state *s, const kd_frame *frame)
 {
     const kd_settings *settings = &frame->settings;
+    uint32_t edge = (uint32_t)settings->light_shadow_size;
     s->layer_count = s->directional_layers = s->spot_layers = 0;
-    s->directional_edge = (uint32_t)settings->light_shadow_size;
-    s->spot_edge = (uint32_t)settings->light_shadow_size / 2;
+    s->directional_edge = edge;
+    s->spot_edge = count_local_layers(s) <= FULL_SIZE_SPOTS ? edge : edge / 2;
     s->lights.count =
         (struct kd_gl_uvec4){0, (uint32_t)settings->light_shadow_cascades, s->directional_edge, s->spot_edge};
     float ambient = settings->light_ambient;
