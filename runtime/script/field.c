@@ -148,20 +148,12 @@ void script_push_field(lua_State *L, const kd_component_desc *desc, const char *
 
 /* ---- from Lua ---- */
 
-static void check_range(lua_State *L, const char *what, const kd_field *field, double value)
-{
-    if (!isfinite((float)value))
-        luaL_error(L, "%s is not finite; correct it", what);
-    if ((field->min != 0 || field->max != 0) && !(value >= field->min && value <= field->max))
-        luaL_error(L, "%s is %f, which is out of range; choose a value from %f to %f", what, value, field->min, field->max);
-}
-
 static double read_number(lua_State *L, int index, const char *what, const kd_field *field)
 {
     if (lua_type(L, index) != LUA_TNUMBER)
         luaL_error(L, "%s must be a number, not a %s; correct it", what, luaL_typename(L, index));
     double value = lua_tonumber(L, index);
-    check_range(L, what, field, value);
+    script_check_range(L, what, value, field->min, field->max);
     return value;
 }
 
@@ -230,7 +222,7 @@ static void read_floats(lua_State *L, int index, const char *what, const kd_fiel
     else
         script_read_floats(L, index, what, floats, count);
     for (uint32_t i = 0; i < count && field->type != KD_QUAT; i++)
-        check_range(L, what, field, (double)floats[i]);
+        script_check_range(L, what, (double)floats[i], field->min, field->max);
     memcpy(at, floats, count * sizeof *floats);
 }
 
@@ -292,11 +284,10 @@ void script_read_field(lua_State *L, int index, const kd_component_desc *desc, c
     if ((field || degrees) && host->may_write && !host->may_write(host->user, desc->name, (field ? field : degrees)->name))
         luaL_error(L, "%s is the runtime's own and cannot be set; read it only", what);
     if (degrees) {
-        kd_field unbounded = *degrees;
-        unbounded.min = unbounded.max = 0;
-        double deg = read_number(L, index, what, &unbounded);
-        check_range(L, what, degrees, deg * RAD_PER_DEG);
-        float radians = (float)(deg * RAD_PER_DEG);
+        kd_field in_degrees = *degrees;
+        in_degrees.min /= RAD_PER_DEG;
+        in_degrees.max /= RAD_PER_DEG;
+        float radians = (float)(read_number(L, index, what, &in_degrees) * RAD_PER_DEG);
         memcpy((char *)value + degrees->offset, &radians, sizeof radians);
     } else if (!field) {
         if (!read_pose(L, index, what, desc, name, value))

@@ -60,7 +60,8 @@ const char *script_resolve(lua_State *L, const char *name, char out[KD_PATH_MAX]
 /* ---- table.c: tables with known keys ---- */
 void script_check_keys(lua_State *L, int table, const char *what, const char *const *keys);
 _Noreturn void script_unknown(lua_State *L, const char *what, const char *word, const char *best);
-bool script_has(lua_State *L, int table, const char *key);
+/** Raise unless the value is finite and, when min and max differ, lies between them. */
+void script_check_range(lua_State *L, const char *what, double value, double min, double max);
 double script_get_number(lua_State *L, int table, const char *what, const char *key, double fallback, double min, double max);
 bool script_get_bool(lua_State *L, int table, const char *what, const char *key, bool fallback);
 const char *script_get_string(lua_State *L, int table, const char *what, const char *key); /* NULL when absent */

@@ -3,7 +3,8 @@
  * Instructions are counted by a hook that every coroutine inherits. Once the budget is used up the hook raises at every
  * instruction, so that no pcall can hold the error back for ever, and the allocator refuses to grow. What could loop
  * inside one library call, without an instruction, is replaced here and in sandbox_string.c, or charges the budget.
- * Finalizers are refused because Lua runs them with hooks switched off. */
+ * Lua code that would run with hooks switched off is kept out: finalizers, the handler of xpcall while a hook raises, and
+ * the to-be-closed variables of a coroutine in which a hook has raised. */
 #include "runtime/script/internal.h"
 
 #include <lualib.h>
@@ -41,9 +42,13 @@ static void *allocate(void *user, void *block, size_t old_size, size_t new_size)
     return grown;
 }
 
-static void raise_exhausted(lua_State *L)
+/* Raise at what runs on stack level `level`: in a hook the interrupted function is level 0, in a call its caller is 1. */
+static void raise_exhausted(lua_State *L, int level)
 {
-    luaL_error(L, "ran for too long in one call; return from it sooner, or spread the work over several steps");
+    luaL_where(L, level);
+    lua_pushliteral(L, "ran for too long in one call; return from it sooner, or spread the work over several steps");
+    lua_concat(L, 2);
+    lua_error(L);
 }
 
 static void count_hook(lua_State *L, lua_Debug *activation)
@@ -55,7 +60,7 @@ static void count_hook(lua_State *L, lua_Debug *activation)
         return;
     budget->exhausted = true;
     lua_sethook(L, count_hook, LUA_MASKCOUNT, 1);
-    raise_exhausted(L);
+    raise_exhausted(L, 0);
 }
 
 void script_charge(lua_State *L, int64_t instructions)
@@ -64,7 +69,7 @@ void script_charge(lua_State *L, int64_t instructions)
     budget->instructions_left -= instructions;
     if (budget->instructions_left <= 0 || budget->exhausted) {
         budget->exhausted = true;
-        raise_exhausted(L);
+        raise_exhausted(L, 1);
     }
 }
 
@@ -112,6 +117,60 @@ static int safe_setmetatable(lua_State *L)
     }
     lua_settop(L, 2);
     lua_setmetatable(L, 1);
+    return 1;
+}
+
+static int finish_xpcall(lua_State *L, int status, lua_KContext unused)
+{
+    (void)unused;
+    if (status == LUA_OK || status == LUA_YIELD)
+        return lua_gettop(L) - 2;
+    lua_pushvalue(L, 2);
+    lua_insert(L, -2);
+    lua_call(L, 1, LUA_MULTRET); /* above: function, handler, true */
+    lua_pushboolean(L, 0);
+    lua_replace(L, 3);
+    return lua_gettop(L) - 2;
+}
+
+/* The handler runs once the stack is unwound: there is no traceback to be taken here that would need it sooner. */
+static int safe_xpcall(lua_State *L)
+{
+    int count = lua_gettop(L);
+    luaL_checktype(L, 2, LUA_TFUNCTION);
+    lua_pushboolean(L, 1);
+    lua_pushvalue(L, 1);
+    lua_rotate(L, 3, 2);
+    return finish_xpcall(L, lua_pcallk(L, count - 2, LUA_MULTRET, 0, 0, finish_xpcall), 0);
+}
+
+/* Upvalue: a coroutine. Resumes it and raises what it raised; it is left as it is, not closed. */
+static int call_wrapped(lua_State *L)
+{
+    lua_State *coroutine = lua_tothread(L, lua_upvalueindex(1));
+    int count = lua_gettop(L), results;
+    if (lua_status(coroutine) == LUA_OK && lua_gettop(coroutine) == 0)
+        return luaL_error(L, "cannot resume dead coroutine");
+    if (!lua_checkstack(coroutine, count))
+        return luaL_error(L, "too many arguments to resume");
+    lua_xmove(L, coroutine, count);
+    int status = lua_resume(coroutine, L, count, &results);
+    if (status != LUA_OK && status != LUA_YIELD) {
+        lua_xmove(coroutine, L, 1);
+        return lua_error(L);
+    }
+    luaL_checkstack(L, results, "too many results to resume");
+    lua_xmove(coroutine, L, results);
+    return results;
+}
+
+static int safe_wrap(lua_State *L)
+{
+    luaL_checktype(L, 1, LUA_TFUNCTION);
+    lua_State *coroutine = lua_newthread(L);
+    lua_pushvalue(L, 1);
+    lua_xmove(L, coroutine, 1);
+    lua_pushcclosure(L, call_wrapped, 1);
     return 1;
 }
 
@@ -272,7 +331,14 @@ static void replace_base_library(lua_State *L)
     }
     lua_register(L, "load", safe_load);
     lua_register(L, "setmetatable", safe_setmetatable);
+    lua_register(L, "xpcall", safe_xpcall);
     lua_register(L, "print", print_line);
+    lua_getglobal(L, "coroutine");
+    lua_pushcfunction(L, safe_wrap);
+    lua_setfield(L, -2, "wrap");
+    lua_pushnil(L);
+    lua_setfield(L, -2, "close");
+    lua_pop(L, 1);
     lua_getglobal(L, "table");
     lua_getfield(L, -1, "sort");
     lua_pushcclosure(L, sorted_pairs, 1);

@@ -51,13 +51,32 @@ static kd_status report(kd_script *script, int result)
                    has_advice(line) ? "" : "; correct the scenario there");
 }
 
-/* An error value with __tostring speaks through it; it runs here, inside the protected call. */
+/* Put the line of the innermost Lua function before the message at the top, unless a place stands there already. */
+static void add_place(lua_State *L)
+{
+    const char *chunk = script_of(L)->chunk, *text = lua_tostring(L, -1);
+    size_t length = strlen(chunk);
+    lua_Debug activation;
+    if (!text || (strncmp(text, chunk, length) == 0 && text[length] == ':'))
+        return;
+    for (int level = 0; lua_getstack(L, level, &activation); level++) {
+        if (lua_getinfo(L, "Sl", &activation) && activation.currentline > 0) {
+            lua_pushfstring(L, "%s:%d: ", activation.short_src, activation.currentline);
+            lua_insert(L, -2);
+            lua_concat(L, 2);
+            return;
+        }
+    }
+}
+
+/* Runs inside the protected call, before the stack is unwound. An error value with __tostring speaks through it. */
 static int message_handler(lua_State *L)
 {
     if (lua_type(L, 1) != LUA_TSTRING && luaL_getmetafield(L, 1, "__tostring") != LUA_TNIL) {
         lua_pop(L, 1);
         luaL_tolstring(L, 1, NULL);
     }
+    add_place(L);
     return 1;
 }
 

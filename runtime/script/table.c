@@ -2,6 +2,7 @@
 #include "runtime/script/internal.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "runtime/core/nearest.h"
@@ -30,11 +31,15 @@ void script_check_keys(lua_State *L, int table, const char *what, const char *co
     }
 }
 
-bool script_has(lua_State *L, int table, const char *key)
+void script_check_range(lua_State *L, const char *what, double value, double min, double max)
 {
-    bool there = lua_getfield(L, table, key) != LUA_TNIL;
-    lua_pop(L, 1);
-    return there;
+    char text[128];
+    if (!isfinite((float)value))
+        luaL_error(L, "%s is not a finite number; correct it", what);
+    if (min == max || (value >= min && value <= max))
+        return;
+    snprintf(text, sizeof text, "%.6g, which is out of range; choose a value from %.6g to %.6g", value, min, max);
+    luaL_error(L, "%s is %s", what, text);
 }
 
 static void wrong_type(lua_State *L, const char *what, const char *key, const char *wanted)
@@ -49,8 +54,8 @@ double script_get_number(lua_State *L, int table, const char *what, const char *
         if (lua_type(L, -1) != LUA_TNUMBER)
             wrong_type(L, what, key, "a number");
         value = lua_tonumber(L, -1);
-        if (!(value >= min && value <= max))
-            luaL_error(L, "%s.%s is %f, which is out of range; choose a value from %f to %f", what, key, value, min, max);
+        script_check_range(L, lua_pushfstring(L, "%s.%s", what, key), value, min, max);
+        lua_pop(L, 1);
     }
     lua_pop(L, 1);
     return value;

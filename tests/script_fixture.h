@@ -1,0 +1,141 @@
+#ifndef KD_TESTS_SCRIPT_FIXTURE_H
+#define KD_TESTS_SCRIPT_FIXTURE_H
+
+/* A world with a few components and a host that makes plain entities, for tests of the scenario layer alone. Included
+ * once, by the test's only source. */
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "runtime/core/log.h"
+#include "runtime/script/script.h"
+
+typedef struct fixture_transform {
+    kd_vec3 position;
+    kd_quat rotation;
+    kd_vec3 scale;
+} fixture_transform;
+static const fixture_transform transform_default = {.rotation = {0, 0, 0, 1}, .scale = {1, 1, 1}};
+static const kd_field transform_fields[] = {
+    KD_FIELD(fixture_transform, position, KD_VEC3, "m", "place"),
+    KD_FIELD(fixture_transform, rotation, KD_QUAT, NULL, "turn"),
+    KD_FIELD(fixture_transform, scale, KD_VEC3, NULL, "size"),
+};
+static const kd_component_desc fixture_transform_desc = {.name = "transform", .size = (uint32_t)sizeof(fixture_transform),
+    .align = (uint32_t)_Alignof(fixture_transform), .fields = transform_fields, .field_count = 3, .default_value = &transform_default};
+
+typedef struct fixture_light {
+    uint32_t type;
+    kd_vec3 color;
+    float intensity, outer_cone;
+    uint8_t no_shadow;
+    uint32_t store; /* a number that scenarios may not set */
+} fixture_light;
+static const char *const fixture_light_types[] = {"directional", "point", "spot", NULL};
+static const fixture_light light_default = {.color = {1, 1, 1}, .intensity = 3, .outer_cone = 0.785398163f};
+static const kd_field light_fields[] = {
+    KD_FIELD_ENUM(fixture_light, type, fixture_light_types, "kind"),
+    KD_FIELD(fixture_light, color, KD_COLOR, NULL, "colour"),
+    KD_FIELD_RANGE(fixture_light, intensity, KD_F32, "cd", 0, 1e6, "strength"),
+    KD_FIELD_RANGE(fixture_light, outer_cone, KD_F32, "rad", 0, 1.5707964, "half angle"),
+    KD_FIELD(fixture_light, no_shadow, KD_BOOL, NULL, "shines through"),
+    KD_FIELD(fixture_light, store, KD_U32, NULL, "number in a store"),
+};
+static const kd_component_desc fixture_light_desc = {.name = "light", .size = (uint32_t)sizeof(fixture_light),
+    .align = (uint32_t)_Alignof(fixture_light), .fields = light_fields, .field_count = 6, .default_value = &light_default};
+
+static char fixture_message[2048]; /* the last error */
+static char fixture_said[2048];    /* the last line printed by the scenario */
+static int fixture_errors;
+static char fixture_folder[64];
+static kd_script_spawn fixture_spawned;
+static char fixture_model[4096], fixture_played[64];
+
+static inline void fixture_sink(void *user, kd_log_level level, const char *text)
+{
+    (void)user;
+    snprintf(level == KD_LOG_ERROR ? fixture_message : fixture_said, sizeof fixture_message, "%s", text);
+    fixture_errors += level == KD_LOG_ERROR;
+}
+
+static inline kd_status fixture_spawn(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error)
+{
+    kd_world *w = user;
+    fixture_spawned = *spawn;
+    snprintf(fixture_model, sizeof fixture_model, "%s", spawn->model ? spawn->model : "");
+    if (spawn->model && strstr(spawn->model, "broken")) {
+        snprintf(error->text, sizeof error->text, "%s: is broken; repair it", spawn->model);
+        return KD_BAD_FORMAT;
+    }
+    *out = kd_spawn_values(w, &(kd_value){&fixture_transform_desc, NULL}, 1);
+    kd_set_name(w, *out, spawn->name);
+    return spawn->parent.generation ? kd_set_parent(w, *out, spawn->parent) : KD_OK;
+}
+
+static inline kd_status fixture_play(void *user, kd_entity entity, const kd_script_play *play, kd_script_error *error)
+{
+    (void)user;
+    (void)entity;
+    (void)error;
+    snprintf(fixture_played, sizeof fixture_played, "%s %d %g %g", play->clip ? play->clip : "-", play->loop, (double)play->speed,
+             (double)play->blend_s);
+    return KD_OK;
+}
+
+static inline bool fixture_may_write(void *user, const char *component, const char *field)
+{
+    (void)user;
+    return strcmp(component, "light") != 0 || strcmp(field, "store") != 0;
+}
+
+static inline kd_world *fixture_world(void)
+{
+    kd_world *w = kd_world_make();
+    kd_component_ensure(w, &fixture_transform_desc);
+    kd_component_ensure(w, &fixture_light_desc);
+    return w;
+}
+
+static inline void fixture_write(const char *name, const void *data, size_t size)
+{
+    char path[128];
+    snprintf(path, sizeof path, "%s/%s", fixture_folder, name);
+    FILE *file = fopen(path, "wb");
+    if (!file || fwrite(data, 1, size, file) != size || fclose(file) != 0)
+        abort();
+}
+
+static inline int fixture_open(void **state)
+{
+    (void)state;
+    strcpy(fixture_folder, "/tmp/kandil-script-XXXXXX");
+    kd_log_set_sink(fixture_sink, NULL);
+    return mkdtemp(fixture_folder) ? 0 : -1;
+}
+
+static inline int fixture_close(void **state)
+{
+    char command[128];
+    (void)state;
+    snprintf(command, sizeof command, "rm -rf '%s'", fixture_folder);
+    return system(command);
+}
+
+/* Load a scenario from text, with limits that a test can wait for. */
+static inline kd_status fixture_load(kd_world *w, const char *text, kd_script **out)
+{
+    char path[128];
+    fixture_write("scene.lua", text, strlen(text));
+    snprintf(path, sizeof path, "%s/scene.lua", fixture_folder);
+    fixture_message[0] = fixture_said[0] = '\0';
+    fixture_errors = 0;
+    return kd_script_load(&(kd_script_desc){.path = path, .seed = 42, .memory_limit = (size_t)32 << 20, .instruction_limit = 2000000,
+                                            .world = w, .host = {.user = w, .spawn = fixture_spawn, .play = fixture_play,
+                                                                 .may_write = fixture_may_write}},
+                          out);
+}
+
+#endif
