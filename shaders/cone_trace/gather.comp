@@ -26,9 +26,18 @@ cone_settings settings()
     return cone_settings(gather.cone.y, gather.cone.z, gather.light.y);
 }
 
-vec4 trace_diffuse(vec3 origin, vec3 normal, float span)
+// Neighbours turn their cones against each other, by quarters of the angle between two cones of a ring; smooth.comp, whose
+// weights add up equally over any two by two pixels, makes one set of four times as many directions of them.
+mat3 turned(mat3 frame, ivec2 at)
 {
-    mat3 frame = frame_round(normal);
+    float angle = gather.cone_turn.x * float((at.x & 1) + 2 * (at.y & 1));
+    float c = cos(angle), s = sin(angle);
+    return mat3(c * frame[0] + s * frame[1], c * frame[1] - s * frame[0], frame[2]);
+}
+
+vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
+{
+    mat3 frame = turned(frame_round(normal), at);
     vec3 irradiance = vec3(0.0);
     float visible = 0.0;
     for (uint i = 0u; i < gather.size.w; i++) {
@@ -69,7 +78,7 @@ void main()
     vec3 view = view_direction(s.position_ws);
     vec3 face = dot(s.face_normal_ws, view) > 0.0 ? -s.face_normal_ws : s.face_normal_ws;
     vec3 origin = s.position_ws + face * (gather.cone.w * span);
-    vec4 diffuse = trace_diffuse(origin, s.normal_ws, span);
+    vec4 diffuse = trace_diffuse(origin, s.normal_ws, span, at);
     imageStore(diffuse_out, at, diffuse);
     // A rough surface's lobe is about as wide as the hemisphere: the diffuse cones have seen it already.
     vec3 specular = diffuse.rgb;

@@ -11,11 +11,12 @@ struct kd_gather_params {
     vec4 cone;       /* x: tan(aperture/2), y: step in diameters, z: largest distance m, w: start in voxels */
     vec4 light;      /* x: intensity, y: AO falloff 1/m, z: AO intensity, w: radiance of the sky */
     uvec4 flags;     /* x: 1 traces glossy cones */
-    /* ---- 64 */
+    vec4 cone_turn;  /* x: angle between the cones of neighbouring pixels */
+    /* ---- 80 */
     vec4 cones[KD_MAX_CONES]; /* xyz: direction round +Z, w: weight; weights add up to 1 */
-    /* ---- 320 */
+    /* ---- 336 */
 };
-KD_LAYOUT_CHECK(kd_gather_params, 320)
+KD_LAYOUT_CHECK(kd_gather_params, 336)
 
 #include "shaders/shared/layout_end.h"
 

@@ -16,9 +16,9 @@
 #include "systems/cone_trace/cones.h"
 
 typedef struct gather_state {
-    kd_gpu_program gather, upsample;
+    kd_gpu_program gather, smooth, upsample;
     uint32_t sparse_levels;          /* that the program was compiled for */
-    kd_gpu_texture diffuse, specular; /* traced pixels */
+    kd_gpu_texture diffuse[2], specular[2]; /* traced pixels, and smoothed ones */
     uint32_t width, height;
 } gather_state;
 
@@ -43,9 +43,11 @@ static void fit_targets(kd_gpu *gpu, gather_state *state, kd_gi_targets *gi, uin
         gi->width = width;
         gi->height = height;
     }
-    if (n > 1 && (state->width != w || state->height != h)) {
-        remake(gpu, &state->diffuse, w, h, "gi.diffuse.traced");
-        remake(gpu, &state->specular, w, h, "gi.specular.traced");
+    if (state->width != w || state->height != h) {
+        for (int i = 0; i < 2; i++) {
+            remake(gpu, &state->diffuse[i], w, h, "gi.diffuse.traced");
+            remake(gpu, &state->specular[i], w, h, "gi.specular.traced");
+        }
         state->width = w;
         state->height = h;
     }
@@ -79,7 +81,7 @@ static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tr
         .flags = {s->specular_cones ? 1u : 0u, 0, 0, 0},
     };
     kd_vec4 cones[KD_MAX_CONES];
-    cones_make(cones, p.size.w);
+    p.cone_turn.x = 0.25f * cones_make(cones, p.size.w);
     for (uint32_t i = 0; i < p.size.w; i++)
         p.cones[i] = (kd_gl_vec4){cones[i].x, cones[i].y, cones[i].z, cones[i].w};
     return p;
@@ -95,8 +97,7 @@ static void bind_gbuffer(kd_gpu *gpu, const kd_gbuffer *g, const kd_lighting *li
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
 }
 
-static void trace(kd_gpu *gpu, const gather_state *state, const kd_tree *tree, kd_gpu_texture diffuse,
-                  kd_gpu_texture specular, uint32_t width, uint32_t height)
+static void trace(kd_gpu *gpu, const gather_state *state, const kd_tree *tree)
 {
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, tree->uniform, 0, sizeof(struct kd_tree_params));
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_RADIANCE, tree->radiance);
@@ -104,9 +105,20 @@ static void trace(kd_gpu *gpu, const gather_state *state, const kd_tree *tree, k
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_NODES, tree->nodes);
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_LEAVES, tree->leaves);
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_DATA, tree->data);
-    kd_gpu_bind_image(gpu, 0, diffuse, 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_bind_image(gpu, 1, specular, 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_dispatch(gpu, state->gather, (width + 7) / 8, (height + 7) / 8, 1);
+    kd_gpu_bind_image(gpu, 0, state->diffuse[0], 0, KD_IMAGE_WRITE, KD_RGBA16F);
+    kd_gpu_bind_image(gpu, 1, state->specular[0], 0, KD_IMAGE_WRITE, KD_RGBA16F);
+    kd_gpu_dispatch(gpu, state->gather, (state->width + 7) / 8, (state->height + 7) / 8, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
+}
+
+static void refine(kd_gpu *gpu, kd_gpu_program program, kd_gpu_texture diffuse_in, kd_gpu_texture specular_in,
+                   kd_gpu_texture diffuse_out, kd_gpu_texture specular_out, uint32_t width, uint32_t height)
+{
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, diffuse_in);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR, specular_in);
+    kd_gpu_bind_image(gpu, 0, diffuse_out, 0, KD_IMAGE_WRITE, KD_RGBA16F);
+    kd_gpu_bind_image(gpu, 1, specular_out, 0, KD_IMAGE_WRITE, KD_RGBA16F);
+    kd_gpu_dispatch(gpu, program, (width + 7) / 8, (height + 7) / 8, 1);
 }
 
 static void run(kd_system_context *context)
@@ -124,17 +136,15 @@ static void run(kd_system_context *context)
     struct kd_gather_params params = params_of(&frame->settings, tree, frame->width, frame->height);
     bind_gbuffer(gpu, kd_singleton(w, kd_gbuffer), kd_singleton(w, kd_lighting));
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
-    if (n == 1) {
-        trace(gpu, state, tree, gi->diffuse, gi->specular, frame->width, frame->height);
+    trace(gpu, state, tree);
+    kd_gpu_texture smooth_diffuse = n == 1 ? gi->diffuse : state->diffuse[1];
+    kd_gpu_texture smooth_specular = n == 1 ? gi->specular : state->specular[1];
+    refine(gpu, state->smooth, state->diffuse[0], state->specular[0], smooth_diffuse, smooth_specular, state->width,
+           state->height);
+    if (n == 1)
         return;
-    }
-    trace(gpu, state, tree, state->diffuse, state->specular, state->width, state->height);
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, state->diffuse);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR, state->specular);
-    kd_gpu_bind_image(gpu, 0, gi->diffuse, 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_bind_image(gpu, 1, gi->specular, 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_dispatch(gpu, state->upsample, (frame->width + 7) / 8, (frame->height + 7) / 8, 1);
+    refine(gpu, state->upsample, smooth_diffuse, smooth_specular, gi->diffuse, gi->specular, frame->width, frame->height);
 }
 
 static bool gi_is_cones(kd_system_context *context)
@@ -146,7 +156,8 @@ static kd_status init(kd_system_context *context)
 {
     gather_state *state = context->user;
     state->upsample = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/cone_trace/upsample.comp"});
-    return state->upsample.id ? KD_OK : KD_GPU;
+    state->smooth = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/cone_trace/smooth.comp"});
+    return state->upsample.id && state->smooth.id ? KD_OK : KD_GPU;
 }
 
 static void fini(kd_system_context *context)
@@ -155,8 +166,11 @@ static void fini(kd_system_context *context)
     kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
     kd_gpu_destroy_program(context->gpu, state->gather);
     kd_gpu_destroy_program(context->gpu, state->upsample);
-    kd_gpu_destroy_texture(context->gpu, state->diffuse);
-    kd_gpu_destroy_texture(context->gpu, state->specular);
+    kd_gpu_destroy_program(context->gpu, state->smooth);
+    for (int i = 0; i < 2; i++) {
+        kd_gpu_destroy_texture(context->gpu, state->diffuse[i]);
+        kd_gpu_destroy_texture(context->gpu, state->specular[i]);
+    }
     kd_gpu_destroy_texture(context->gpu, gi->diffuse);
     kd_gpu_destroy_texture(context->gpu, gi->specular);
     *gi = (kd_gi_targets){0};
