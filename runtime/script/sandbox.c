@@ -15,7 +15,7 @@
 #include "runtime/core/log.h"
 
 #define HOOK_PERIOD       200     /* instructions between two looks at the clock: below 1 % of the run time */
-#define BYTES_CHARGED     64      /* allocated bytes that cost as much as one instruction */
+#define BYTES_CHARGED     256     /* allocated bytes that cost as much as one instruction */
 #define MAX_LIST          4194304 /* entries of a list that one call of the table library may walk */
 
 static void *allocate(void *user, void *block, size_t old_size, size_t new_size)

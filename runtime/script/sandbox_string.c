@@ -514,7 +514,7 @@ static int string_rep(lua_State *L)
         n = n > 0 ? 1 : 0;
     lua_settop(L, 3);
     if (n > 0)
-        script_charge(L, n / 16);
+        script_charge(L, n / 256);
     lua_pushvalue(L, lua_upvalueindex(1));
     lua_pushvalue(L, 1);
     lua_pushinteger(L, n);

@@ -11,7 +11,7 @@
 #include "runtime/app/options.h"
 #include "runtime/core/log.h"
 
-#define MAX_ARGUMENTS 24
+#define MAX_ARGUMENTS 64
 
 static char last_message[1024];
 static int message_count;
