@@ -1,4 +1,4 @@
-// What a cell of one layer holds, and its packing into 16 bytes.
+// What a cell of one layer holds, and how it comes out of 16 bytes; shaders/svo/pack.comp packs them.
 struct cell_attributes {
     vec3 albedo;
     vec3 normal;        // length below 1 where surfaces of several directions meet
@@ -6,18 +6,6 @@ struct cell_attributes {
     float double_sided; // share
     uint weight;        // coverage, 256 a whole voxel
 };
-
-uvec4 cell_attributes_pack(cell_attributes a)
-{
-    uvec3 albedo = uvec3(round(clamp(a.albedo, 0.0, 1.0) * 1023.0));
-    uint normal = packSnorm4x8(vec4(a.normal, 0.0)) & 0xFFFFFFu;
-    // One shared scale keeps dim emission next to bright: 3 x 9 bits and the power of two in 5.
-    float top = max(max(a.emission.r, a.emission.g), max(a.emission.b, 1e-9));
-    float exponent = clamp(ceil(log2(top)), -31.0, 0.0);
-    uvec3 e = uvec3(round(clamp(a.emission * exp2(-exponent), 0.0, 1.0) * 511.0));
-    return uvec4(albedo.x | albedo.y << 10 | albedo.z << 20, normal | uint(round(a.double_sided * 255.0)) << 24,
-                 e.x | e.y << 9 | e.z << 18 | uint(-exponent) << 27, a.weight);
-}
 
 cell_attributes cell_attributes_unpack(uvec4 w)
 {

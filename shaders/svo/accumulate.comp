@@ -47,9 +47,10 @@ void main()
     splat s = splat_unpack(cell_word, voxels[from + 1u]);
     ivec3 normal = snorm8_unpack(voxels[from + 2u]);
     uint color_word = color[segment.first + i];
-    uvec3 albedo = uvec3(round(albedo_unpack(color_word) * 1023.0));
-    float share = float(shape[segment.first + i].y >> 24) / 255.0;
-    uvec3 emission = uvec3(round(objects[segment.object].emission.rgb * (share * KD_EMISSION_ONE)));
+    uvec3 root = uvec3(color_word, color_word >> 8, color_word >> 16) & 255u;
+    uvec3 albedo = (root * root * 1023u + 32512u) / 65025u;
+    uint share = shape[segment.first + i].y >> 24;
+    uvec3 emission = (uvec3(objects[segment.object].emission.rgb * KD_EMISSION_ONE + 0.5) * share + 127u) / 255u;
     uint c = segment.chunk_cascade >> 28, first = cascade_first_bit(c);
     for (uint k = 0u; k < 8u; k++) {
         uint weight = splat_weight(s, k);
