@@ -1,0 +1,122 @@
+/* What the viewer makes of a model: rooms are entered, solids are circled, open boxes are looked into. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "runtime/app/model_survey.h"
+#include "runtime/app/timing.h"
+
+static const uint32_t quad_order[6] = {0, 1, 2, 0, 2, 3};
+
+/* A box of triangles; `inwards` turns its faces to the inside; wall `open` (0 … 5, as +X -X +Y -Y +Z -Z) is left out. */
+typedef struct box {
+    kd_vec3 positions[24];
+    uint32_t indices[36];
+    kd_primitive_desc primitive;
+    kd_mesh_desc mesh;
+    kd_node_desc node;
+    kd_model model;
+} box;
+
+static void make_box(box *b, kd_vec3 low, kd_vec3 high, bool inwards, int open)
+{
+    uint32_t vertices = 0, indices = 0;
+    for (int face = 0; face < 6; face++) {
+        int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
+        const float *lo = &low.x, *hi = &high.x;
+        if (face == open)
+            continue;
+        /* u × v is the axis: counter-clockwise in (u, v) faces along +axis. */
+        for (int corner = 0; corner < 4; corner++) {
+            float p[3];
+            p[axis] = face % 2 == 0 ? hi[axis] : lo[axis];
+            p[u] = corner == 1 || corner == 2 ? hi[u] : lo[u];
+            p[v] = corner >= 2 ? hi[v] : lo[v];
+            b->positions[vertices + (uint32_t)corner] = (kd_vec3){p[0], p[1], p[2]};
+        }
+        bool flip = (face % 2 == 1) != inwards;
+        for (uint32_t i = 0; i < 6; i++)
+            b->indices[indices++] = vertices + quad_order[flip ? 5 - i : i];
+        vertices += 4;
+    }
+    b->primitive = (kd_primitive_desc){.vertex_count = vertices, .index_count = indices, .indices = b->indices, .positions = b->positions};
+    b->mesh = (kd_mesh_desc){.name = "box", .primitive_count = 1, .primitives = &b->primitive};
+    b->node = (kd_node_desc){.name = "box", .parent = KD_NONE, .rotation = {0, 0, 0, 1}, .scale = {1, 1, 1},
+                             .skin = KD_NONE, .camera = KD_NONE, .light = KD_NONE};
+    b->model = (kd_model){.path = "box", .mesh_count = 1, .meshes = &b->mesh, .node_count = 1, .nodes = &b->node,
+                          .bounds_min = low, .bounds_max = high};
+}
+
+static app_survey survey(kd_vec3 low, kd_vec3 high, bool inwards, int open)
+{
+    static box b;
+    app_survey out;
+    make_box(&b, low, high, inwards, open);
+    assert_int_equal(app_survey_model(&b.model, &out), KD_OK);
+    return out;
+}
+
+static void a_large_room_is_a_hall(void **state)
+{
+    (void)state;
+    app_survey s = survey((kd_vec3){-20, 0, -6}, (kd_vec3){20, 8, 6}, true, -1);
+    assert_true(s.hall);
+    assert_true(s.eye.y > 1.6f && s.eye.y < 1.8f); /* eye height above the floor at 0 */
+    assert_true(s.eye.x < -15 && s.eye.x > -20);   /* near one end … */
+    assert_true(s.target.x > 19);                  /* … looking along the length */
+    assert_true(s.eye.z > -6 && s.eye.z < 6);
+    s = survey((kd_vec3){-6, 0, -20}, (kd_vec3){6, 8, 20}, true, -1);
+    assert_true(s.hall && s.eye.z < -15 && s.target.z > 19);
+    s = survey((kd_vec3){-20, 0, -6}, (kd_vec3){20, 8, 6}, true, 2); /* no roof */
+    assert_true(s.hall);
+}
+
+static void a_large_solid_is_no_hall(void **state)
+{
+    (void)state;
+    app_survey s = survey((kd_vec3){-20, 0, -6}, (kd_vec3){20, 8, 6}, false, -1);
+    assert_false(s.hall || s.open_box);
+}
+
+static void a_small_room_open_on_one_side_is_an_open_box(void **state)
+{
+    (void)state;
+    app_survey s = survey((kd_vec3){-1, 0, -1}, (kd_vec3){1, 2, 1}, true, 4);
+    assert_true(s.open_box && !s.hall);
+    assert_true(s.open_side.z == 1);
+    s = survey((kd_vec3){-1, 0, -1}, (kd_vec3){1, 2, 1}, true, 1);
+    assert_true(s.open_box && s.open_side.x == -1);
+    s = survey((kd_vec3){-1, 0, -1}, (kd_vec3){1, 2, 1}, true, -1);
+    assert_false(s.open_box);
+    s = survey((kd_vec3){-1, 0, -1}, (kd_vec3){1, 2, 1}, false, -1);
+    assert_false(s.open_box);
+}
+
+static void summaries_are_by_nearest_rank(void **state)
+{
+    (void)state;
+    float values[20];
+    for (int i = 0; i < 20; i++)
+        values[i] = (float)(20 - i); /* 20 … 1 */
+    app_summary s = app_summarise(&(app_samples){.ms = values, .count = 20});
+    /* sorted 1 … 20: the median lies between 10 and 11; 95 % of 20 is rank 19 */
+    assert_true(s.median == 10.5 && s.p95 == 19 && s.max == 20);
+    s = app_summarise(&(app_samples){.ms = values, .count = 1});
+    assert_true(s.median == 20 && s.p95 == 20 && s.max == 20);
+    s = app_summarise(&(app_samples){0});
+    assert_true(s.count == 0 && s.median == 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_large_room_is_a_hall),
+        cmocka_unit_test(a_large_solid_is_no_hall),
+        cmocka_unit_test(a_small_room_open_on_one_side_is_an_open_box),
+        cmocka_unit_test(summaries_are_by_nearest_rank),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
