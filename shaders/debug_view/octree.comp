@@ -28,7 +28,7 @@ float cell_exit(vec3 p_ws, vec3 direction, vec3 origin, float edge)
 {
     vec3 cell = floor((p_ws - origin) / edge);
     vec3 far = origin + (cell + vec3(greaterThan(direction, vec3(0.0)))) * edge;
-    vec3 t = (far - p_ws) / mix(direction, vec3(1e-9), equal(direction, vec3(0.0)));
+    vec3 t = mix((far - p_ws) / direction, vec3(1e30), lessThan(abs(direction), vec3(1e-9)));
     return max(min(t.x, min(t.y, t.z)), 0.0) + 1e-3 * edge;
 }
 

@@ -3,8 +3,9 @@
 
 #include "shaders/include/tree.glsl"
 
-// Cells half as large as the cone is wide: linear interpolation makes every cell reach over two edge lengths.
-const float CONE_SHARPNESS = 0.6;
+// Cells are half as large as the cone is wide, since linear interpolation makes every cell reach over two edge lengths. With
+// steps of half a diameter a sample then falls on every cell length, and the interpolated depths of a wall add up exactly.
+const float CONE_SHARPNESS = 1.0;
 
 struct cone_settings {
     float step;         // in diameters

@@ -49,9 +49,11 @@ vec3 gathered_specular(ivec2 pixel)
     return params.mode.z != 0u ? texelFetch(gi_specular, pixel, 0).rgb : kd_lights.ambient.rgb;
 }
 
-vec3 indirect_diffuse(surface s, ivec2 pixel)
+/* What the surface reflects specularly does not reach its diffuse layer. */
+vec3 indirect_diffuse(surface s, vec3 v, ivec2 pixel)
 {
-    return brdf_diffuse_albedo(s) * gathered_diffuse(pixel).rgb * s.occlusion;
+    vec3 passed = max(1.0 - brdf_env_specular(s, v), 0.0);
+    return brdf_diffuse_albedo(s) * passed * gathered_diffuse(pixel).rgb * s.occlusion;
 }
 vec3 indirect_specular(surface s, vec3 v, ivec2 pixel)
 {
@@ -65,7 +67,7 @@ vec3 shaded(surface s, vec3 v, ivec2 pixel)
         return direct_light(s, v);
     if (show == KD_SHOW_SPECULAR)
         return indirect_specular(s, v, pixel);
-    vec3 indirect = indirect_diffuse(s, pixel) + indirect_specular(s, v, pixel);
+    vec3 indirect = indirect_diffuse(s, v, pixel) + indirect_specular(s, v, pixel);
     return show == KD_SHOW_INDIRECT ? indirect : indirect + direct_light(s, v);
 }
 
