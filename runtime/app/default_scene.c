@@ -13,6 +13,7 @@
 #define HALL_FOV_Y  1.0471976f /* 60 degrees */
 #define SUN_LX      4.0f
 #define SKY         0.3f
+#define HALL_EV     1.5f /* most of a hall is in shade, and seen by what bounces */
 
 /* Rotation that takes -Z to the target and +Y upwards; never asked to look straight up or down. */
 static kd_quat look_at(kd_vec3 from, kd_vec3 to)
@@ -118,6 +119,8 @@ kd_status app_scene_load_model(app_scene *scene, const char *path)
     if (status != KD_OK)
         return status;
     fit_settings(scene, &survey);
+    if (survey.hall)
+        scene->settings.view_exposure_ev = HALL_EV;
     if (!survey.has_camera)
         frame_model(scene, &survey);
     if (!survey.has_light && !survey.has_emissive)
