@@ -53,52 +53,48 @@ uint find_triangle(uint column)
 }
 
 // Does the unit square at `low` touch the triangle, in one projection? `turn` is the sign of its winding there.
-bool overlaps_2d(vec2 a, vec2 b, vec2 c, vec2 low, float turn)
+bool beside_edge(vec2 p, vec2 q, vec2 low, float turn)
 {
-    vec2 p[3] = vec2[3](a, b, c);
-    for (int i = 0; i < 3; i++) {
-        vec2 e = p[(i + 1) % 3] - p[i];
-        vec2 n = vec2(-e.y, e.x) * turn;
-        float d = -dot(n, p[i]) + max(0.0, n.x) + max(0.0, n.y);
-        if (dot(n, low) + d < 0.0)
-            return false;
-    }
-    return true;
+    vec2 n = vec2(p.y - q.y, q.x - p.x) * turn;
+    return dot(n, low - p) + max(0.0, n.x) + max(0.0, n.y) < 0.0;
 }
+
+bool overlaps_2d(vec2 a, vec2 b, vec2 c, vec2 low, float normal)
+{
+    float turn = normal < 0.0 ? -1.0 : 1.0;
+    return !beside_edge(a, b, low, turn) && !beside_edge(b, c, low, turn) && !beside_edge(c, a, low, turn);
+}
+
+// Coordinates (u, v, along the dominant axis) of a vector, and back.
+vec3 to_column(vec3 v, uint axis) { return axis == 0u ? v.yzx : axis == 1u ? v.zxy : v; }
+vec3 from_column(vec3 v, uint axis) { return axis == 0u ? v.zxy : axis == 1u ? v.yzx : v; }
 
 void visit_column(uint column)
 {
     uint triangle = find_triangle(column);
     uvec4 row = columns[triangle];
     uint axis = row.y & 3u, along = column - row.x;
-    uint u = ((row.y >> 2) & 1023u) + along % row.z, v = ((row.y >> 12) & 1023u) + along / row.z;
-    uint iu = (axis + 1u) % 3u, iv = (axis + 2u) % 3u;
+    vec2 low = vec2(((row.y >> 2) & 1023u) + along % row.z, ((row.y >> 12) & 1023u) + along / row.z);
 
-    vec3 a = cell_position(vertex_of(triangle, 0u));
-    vec3 b = cell_position(vertex_of(triangle, 1u));
-    vec3 c = cell_position(vertex_of(triangle, 2u));
+    vec3 p = cell_position(vertex_of(triangle, 0u)), q = cell_position(vertex_of(triangle, 1u));
+    vec3 r = cell_position(vertex_of(triangle, 2u));
+    vec3 a = to_column(p, axis), b = to_column(q, axis), c = to_column(r, axis);
     vec3 n = cross(b - a, c - a);
-    vec2 low = vec2(float(u), float(v));
-    if (!overlaps_2d(vec2(a[iu], a[iv]), vec2(b[iu], b[iv]), vec2(c[iu], c[iv]), low, n[axis] < 0.0 ? -1.0 : 1.0))
+    if (!overlaps_2d(a.xy, b.xy, c.xy, low, n.z))
         return;
 
     // Heights of the triangle's plane over this square, kept within the triangle's own.
-    vec2 slope = -vec2(n[iu], n[iv]) / n[axis];
-    float centre = a[axis] + dot(slope, low + 0.5 - vec2(a[iu], a[iv]));
+    vec2 slope = -n.xy / n.z;
+    float centre = a.z + dot(slope, low + 0.5 - a.xy);
     float reach = 0.5 * (abs(slope.x) + abs(slope.y));
-    float from = max(centre - reach, min(a[axis], min(b[axis], c[axis])));
-    float to = min(centre + reach, max(a[axis], max(b[axis], c[axis])));
-    int first = max(int(floor(from)), 0), last = min(int(floor(to)), int(pass.chunk_size[axis]) - 1);
-    for (int w = first; w <= last; w++) {
-        float h = float(w);
-        if (!overlaps_2d(vec2(a[iv], a[axis]), vec2(b[iv], b[axis]), vec2(c[iv], c[axis]), vec2(low.y, h), n[iu] < 0.0 ? -1.0 : 1.0) ||
-            !overlaps_2d(vec2(a[axis], a[iu]), vec2(b[axis], b[iu]), vec2(c[axis], c[iu]), vec2(h, low.x), n[iv] < 0.0 ? -1.0 : 1.0))
+    float from = max(centre - reach, min(a.z, min(b.z, c.z)));
+    float to = min(centre + reach, max(a.z, max(b.z, c.z)));
+    float top = to_column(vec3(pass.chunk_size.xyz), axis).z - 1.0;
+    for (float h = max(floor(from), 0.0); h <= min(floor(to), top); h++) {
+        if (!overlaps_2d(a.yz, b.yz, c.yz, vec2(low.y, h), n.x) || !overlaps_2d(a.zx, b.zx, c.zx, vec2(h, low.x), n.y))
             continue;
-        uvec3 cell;
-        cell[axis] = uint(w);
-        cell[iu] = u;
-        cell[iv] = v;
-        fragment(triangle, cell, nearest_barycentric(vec3(cell) + 0.5, a, b, c));
+        vec3 cell = from_column(vec3(low, h), axis);
+        fragment(triangle, uvec3(cell), nearest_barycentric(cell + 0.5, p, q, r));
     }
 }
 
