@@ -1,8 +1,8 @@
 #ifndef KD_TESTS_SCRIPT_FIXTURE_H
 #define KD_TESTS_SCRIPT_FIXTURE_H
 
-/* A world with a few components and a host that makes plain entities, for tests of the scenario layer alone. Included
- * once, by the test's only source. */
+/* A world with a few components and a host that makes plain entities, for tests of the scenario layer alone.
+ * Included once, by the test's only source. */
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,8 +24,12 @@ static const kd_field transform_fields[] = {
     KD_FIELD(fixture_transform, rotation, KD_QUAT, NULL, "turn"),
     KD_FIELD(fixture_transform, scale, KD_VEC3, NULL, "size"),
 };
-static const kd_component_desc fixture_transform_desc = {.name = "transform", .size = (uint32_t)sizeof(fixture_transform),
-    .align = (uint32_t)_Alignof(fixture_transform), .fields = transform_fields, .field_count = 3, .default_value = &transform_default};
+static const kd_component_desc fixture_transform_desc = {.name = "transform",
+                                                         .size = (uint32_t)sizeof(fixture_transform),
+                                                         .align = (uint32_t) _Alignof(fixture_transform),
+                                                         .fields = transform_fields,
+                                                         .field_count = 3,
+                                                         .default_value = &transform_default};
 
 typedef struct fixture_light {
     uint32_t type;
@@ -44,8 +48,12 @@ static const kd_field light_fields[] = {
     KD_FIELD(fixture_light, no_shadow, KD_BOOL, NULL, "shines through"),
     KD_FIELD(fixture_light, store, KD_U32, NULL, "number in a store"),
 };
-static const kd_component_desc fixture_light_desc = {.name = "light", .size = (uint32_t)sizeof(fixture_light),
-    .align = (uint32_t)_Alignof(fixture_light), .fields = light_fields, .field_count = 6, .default_value = &light_default};
+static const kd_component_desc fixture_light_desc = {.name = "light",
+                                                     .size = (uint32_t)sizeof(fixture_light),
+                                                     .align = (uint32_t) _Alignof(fixture_light),
+                                                     .fields = light_fields,
+                                                     .field_count = 6,
+                                                     .default_value = &light_default};
 
 static char fixture_message[2048]; /* the last error */
 static char fixture_said[2048];    /* the last line printed by the scenario */
@@ -54,15 +62,14 @@ static char fixture_folder[64];
 static kd_script_spawn fixture_spawned;
 static char fixture_model[4096], fixture_played[64];
 
-static inline void fixture_sink(void *user, kd_log_level level, const char *text)
-{
+static inline void fixture_sink(void *user, kd_log_level level, const char *text) {
     (void)user;
     snprintf(level == KD_LOG_ERROR ? fixture_message : fixture_said, sizeof fixture_message, "%s", text);
     fixture_errors += level == KD_LOG_ERROR;
 }
 
-static inline kd_status fixture_spawn(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error)
-{
+static inline kd_status fixture_spawn(void *user, const kd_script_spawn *spawn, kd_entity *out,
+                                      kd_script_error *error) {
     kd_world *w = user;
     fixture_spawned = *spawn;
     snprintf(fixture_model, sizeof fixture_model, "%s", spawn->model ? spawn->model : "");
@@ -75,32 +82,29 @@ static inline kd_status fixture_spawn(void *user, const kd_script_spawn *spawn, 
     return spawn->parent.generation ? kd_set_parent(w, *out, spawn->parent) : KD_OK;
 }
 
-static inline kd_status fixture_play(void *user, kd_entity entity, const kd_script_play *play, kd_script_error *error)
-{
+static inline kd_status fixture_play(void *user, kd_entity entity, const kd_script_play *play,
+                                     kd_script_error *error) {
     (void)user;
     (void)entity;
     (void)error;
-    snprintf(fixture_played, sizeof fixture_played, "%s %d %g %g", play->clip ? play->clip : "-", play->loop, (double)play->speed,
-             (double)play->blend_s);
+    snprintf(fixture_played, sizeof fixture_played, "%s %d %g %g", play->clip ? play->clip : "-", play->loop,
+             (double)play->speed, (double)play->blend_s);
     return KD_OK;
 }
 
-static inline bool fixture_may_write(void *user, const char *component, const char *field)
-{
+static inline bool fixture_may_write(void *user, const char *component, const char *field) {
     (void)user;
     return strcmp(component, "light") != 0 || strcmp(field, "store") != 0;
 }
 
-static inline kd_world *fixture_world(void)
-{
+static inline kd_world *fixture_world(void) {
     kd_world *w = kd_world_make();
     kd_component_ensure(w, &fixture_transform_desc);
     kd_component_ensure(w, &fixture_light_desc);
     return w;
 }
 
-static inline void fixture_write(const char *name, const void *data, size_t size)
-{
+static inline void fixture_write(const char *name, const void *data, size_t size) {
     char path[128];
     snprintf(path, sizeof path, "%s/%s", fixture_folder, name);
     FILE *file = fopen(path, "wb");
@@ -108,16 +112,14 @@ static inline void fixture_write(const char *name, const void *data, size_t size
         abort();
 }
 
-static inline int fixture_open(void **state)
-{
+static inline int fixture_open(void **state) {
     (void)state;
     strcpy(fixture_folder, "/tmp/kandil-script-XXXXXX");
     kd_log_set_sink(fixture_sink, NULL);
     return mkdtemp(fixture_folder) ? 0 : -1;
 }
 
-static inline int fixture_close(void **state)
-{
+static inline int fixture_close(void **state) {
     char command[128];
     (void)state;
     snprintf(command, sizeof command, "rm -rf '%s'", fixture_folder);
@@ -125,16 +127,21 @@ static inline int fixture_close(void **state)
 }
 
 /* Load a scenario from text, with limits that a test can wait for. */
-static inline kd_status fixture_load(kd_world *w, const char *text, kd_script **out)
-{
+static inline kd_status fixture_load(kd_world *w, const char *text, kd_script **out) {
     char path[128];
     fixture_write("scene.lua", text, strlen(text));
     snprintf(path, sizeof path, "%s/scene.lua", fixture_folder);
     fixture_message[0] = fixture_said[0] = '\0';
     fixture_errors = 0;
-    return kd_script_load(&(kd_script_desc){.path = path, .seed = 42, .memory_limit = (size_t)32 << 20, .instruction_limit = 2000000,
-                                            .world = w, .host = {.user = w, .spawn = fixture_spawn, .play = fixture_play,
-                                                                 .may_write = fixture_may_write}},
+    return kd_script_load(&(kd_script_desc){.path = path,
+                                            .seed = 42,
+                                            .memory_limit = (size_t)32 << 20,
+                                            .instruction_limit = 2000000,
+                                            .world = w,
+                                            .host = {.user = w,
+                                                     .spawn = fixture_spawn,
+                                                     .play = fixture_play,
+                                                     .may_write = fixture_may_write}},
                           out);
 }
 

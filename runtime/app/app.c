@@ -1,5 +1,5 @@
-/* Commands to functions, statuses to exit codes. Every failure has written one message by the time it gets here; a status
- * that came without one still gets a line. */
+/* Commands to functions, statuses to exit codes. Every failure has written one message by the time it gets
+ * here; a status that came without one still gets a line. */
 #include "runtime/app/app.h"
 
 #include <stdio.h>
@@ -12,30 +12,37 @@
 #include "runtime/app/run.h"
 #include "runtime/core/log.h"
 
-static kd_status dispatch(const app_options *options)
-{
+static kd_status dispatch(const app_options *options) {
     switch (options->command) {
-    case APP_RUN: return app_run(options);
-    case APP_INFO: return app_info_print(options->subject);
-    case APP_DOCTOR: return app_doctor_print();
-    case APP_VERSION: printf("kandil %s\n", KD_VERSION); return KD_OK;
-    case APP_HELP: break;
+    case APP_RUN:
+        return app_run(options);
+    case APP_INFO:
+        return app_info_print(options->subject);
+    case APP_DOCTOR:
+        return app_doctor_print();
+    case APP_VERSION:
+        printf("kandil %s\n", KD_VERSION);
+        return KD_OK;
+    case APP_HELP:
+        break;
     }
     return app_help_print(options->subject);
 }
 
-static int exit_code(kd_status status)
-{
+static int exit_code(kd_status status) {
     switch (status) {
-    case KD_OK: return 0;
-    case KD_USAGE: return 2;
-    case KD_INTERRUPTED: return 130;
-    default: return 1;
+    case KD_OK:
+        return 0;
+    case KD_USAGE:
+        return 2;
+    case KD_INTERRUPTED:
+        return 130;
+    default:
+        return 1;
     }
 }
 
-int kd_app_main(int argc, char **argv)
-{
+int kd_app_main(int argc, char **argv) {
     app_options options;
     app_console_open();
     kd_status status = app_options_parse(argc, argv, &options);

@@ -30,29 +30,27 @@ struct app_capture {
     kd_gpu *gpu;
     kd_jobs *jobs;
     uint32_t width, height;
-    kd_gpu_readback rings[2]; /* [0] sRGB bytes, [1] linear halfs; id 0 when no output wants every frame of it */
-    app_film *films;          /* [option output], unused entries zero */
+    kd_gpu_readback
+        rings[2];    /* [0] sRGB bytes, [1] linear halfs; id 0 when no output wants every frame of it */
+    app_film *films; /* [option output], unused entries zero */
     slot *slots;
     uint32_t slot_count, next_slot;
-    kd_status status;             /* of the lane */
-    _Atomic(int) encode_status;   /* first failure of a worker */
+    kd_status status;           /* of the lane */
+    _Atomic(int) encode_status; /* first failure of a worker */
 };
 
-static size_t texel_bytes(bool hdr)
-{
+static size_t texel_bytes(bool hdr) {
     return hdr ? 8 : 4;
 }
 
-static size_t picture_bytes(const app_capture *c, bool hdr)
-{
+static size_t picture_bytes(const app_capture *c, bool hdr) {
     return (size_t)c->width * c->height * texel_bytes(hdr);
 }
 
 /* ---- before the work ---- */
 
 /* The longest name that a pattern gives, or the path itself. */
-static kd_status numbered_path(const app_output *output, uint64_t frame, char out[KD_PATH_MAX])
-{
+static kd_status numbered_path(const app_output *output, uint64_t frame, char out[KD_PATH_MAX]) {
     const char *percent = strchr(output->path, '%');
     if (output->kind == APP_OUTPUT_FILM || !percent) {
         snprintf(out, KD_PATH_MAX, "%s", output->path);
@@ -63,13 +61,15 @@ static kd_status numbered_path(const app_output *output, uint64_t frame, char ou
     p += zero;
     if (*p >= '0' && *p <= '9')
         digits = *p++ - '0';
-    int written = snprintf(out, KD_PATH_MAX, zero ? "%.*s%0*llu%s" : "%.*s%*llu%s", (int)(percent - output->path), output->path, digits,
-                           (unsigned long long)frame, p + 1);
-    return written < KD_PATH_MAX ? KD_OK : kd_fail(KD_OUT_OF_RANGE, "%.64s…: the path is too long; shorten it", output->path);
+    int written =
+        snprintf(out, KD_PATH_MAX, zero ? "%.*s%0*llu%s" : "%.*s%*llu%s", (int)(percent - output->path),
+                 output->path, digits, (unsigned long long)frame, p + 1);
+    return written < KD_PATH_MAX
+               ? KD_OK
+               : kd_fail(KD_OUT_OF_RANGE, "%.64s…: the path is too long; shorten it", output->path);
 }
 
-kd_status app_capture_check(const app_options *options)
-{
+kd_status app_capture_check(const app_options *options) {
     char path[KD_PATH_MAX];
     for (uint32_t i = 0; i < options->output_count; i++) {
         kd_file_out probe;
@@ -80,22 +80,21 @@ kd_status app_capture_check(const app_options *options)
             return status;
         kd_file_out_cancel(&probe);
         if (options->outputs[i].kind == APP_OUTPUT_FILM && !app_find_program("ffmpeg", path, sizeof path))
-            return kd_fail(KD_NOT_FOUND, "%s: ffmpeg was not found in PATH; install it, or write %%04d.png files",
+            return kd_fail(KD_NOT_FOUND,
+                           "%s: ffmpeg was not found in PATH; install it, or write %%04d.png files",
                            options->outputs[i].path);
     }
     return KD_OK;
 }
 
-static bool wants_every(const app_options *options, bool hdr)
-{
+static bool wants_every(const app_options *options, bool hdr) {
     for (uint32_t i = 0; i < options->output_count; i++)
         if (options->outputs[i].every_frame && (options->outputs[i].kind == APP_OUTPUT_EXR) == hdr)
             return true;
     return false;
 }
 
-static kd_status open_films(app_capture *c, double fps)
-{
+static kd_status open_films(app_capture *c, double fps) {
     kd_status status = KD_OK;
     for (uint32_t i = 0; i < c->options->output_count && status == KD_OK; i++)
         if (c->options->outputs[i].kind == APP_OUTPUT_FILM)
@@ -103,14 +102,14 @@ static kd_status open_films(app_capture *c, double fps)
     return status;
 }
 
-kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu, kd_jobs *jobs, uint32_t width, uint32_t height,
-                           double fps, app_capture **out)
-{
+kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu, kd_jobs *jobs,
+                           uint32_t width, uint32_t height, double fps, app_capture **out) {
     app_capture *c = calloc(1, sizeof *c);
     *out = c;
     if (!c)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    *c = (app_capture){.options = options, .world = w, .gpu = gpu, .jobs = jobs, .width = width, .height = height};
+    *c = (app_capture){
+        .options = options, .world = w, .gpu = gpu, .jobs = jobs, .width = width, .height = height};
     c->slot_count = kd_jobs_threads(jobs) + 1;
     c->films = calloc(options->output_count + 1, sizeof *c->films);
     c->slots = calloc(c->slot_count, sizeof *c->slots);
@@ -119,7 +118,8 @@ kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu,
     for (int hdr = 0; hdr < 2; hdr++) {
         if (!wants_every(options, hdr))
             continue;
-        c->rings[hdr] = kd_gpu_make_readback(gpu, picture_bytes(c, hdr), RING_DEPTH, hdr ? "capture hdr" : "capture");
+        c->rings[hdr] =
+            kd_gpu_make_readback(gpu, picture_bytes(c, hdr), RING_DEPTH, hdr ? "capture hdr" : "capture");
         if (!c->rings[hdr].id)
             return KD_GPU;
     }
@@ -128,14 +128,12 @@ kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu,
 
 /* ---- one frame's texels to files ---- */
 
-static void note(app_capture *c, kd_status status)
-{
+static void note(app_capture *c, kd_status status) {
     if (c->status == KD_OK)
         c->status = status;
 }
 
-static void encode(void *user, uint32_t worker)
-{
+static void encode(void *user, uint32_t worker) {
     (void)worker;
     slot *s = user;
     app_capture *c = s->capture;
@@ -147,14 +145,15 @@ static void encode(void *user, uint32_t worker)
 }
 
 /* Hand a copy of the texels to a worker; waits when all slots are busy. */
-static kd_status queue_picture(app_capture *c, const app_output *output, const void *texels, uint64_t frame, bool hdr)
-{
+static kd_status queue_picture(app_capture *c, const app_output *output, const void *texels, uint64_t frame,
+                               bool hdr) {
     slot *s = &c->slots[c->next_slot++ % c->slot_count];
     kd_jobs_wait(c->jobs, &s->counter);
     if (!s->texels)
         s->texels = malloc(picture_bytes(c, wants_every(c->options, true)));
     if (!s->texels)
-        return kd_fail(KD_NO_MEMORY, "%s: no memory for a picture of %ux%u; choose a smaller size", output->path, c->width, c->height);
+        return kd_fail(KD_NO_MEMORY, "%s: no memory for a picture of %ux%u; choose a smaller size",
+                       output->path, c->width, c->height);
     memcpy(s->texels, texels, picture_bytes(c, hdr));
     s->capture = c;
     s->hdr = hdr;
@@ -164,8 +163,7 @@ static kd_status queue_picture(app_capture *c, const app_output *output, const v
     return status;
 }
 
-static void store_frame(app_capture *c, const void *texels, uint64_t frame, bool hdr)
-{
+static void store_frame(app_capture *c, const void *texels, uint64_t frame, bool hdr) {
     for (uint32_t i = 0; i < c->options->output_count && app_capture_status(c) == KD_OK; i++) {
         const app_output *output = &c->options->outputs[i];
         if (!output->every_frame || (output->kind == APP_OUTPUT_EXR) != hdr)
@@ -178,8 +176,7 @@ static void store_frame(app_capture *c, const void *texels, uint64_t frame, bool
 }
 
 /* Take what has come back; with `wait`, one at least. Returns false when nothing was under way. */
-static bool take(app_capture *c, bool hdr, bool wait)
-{
+static bool take(app_capture *c, bool hdr, bool wait) {
     uint64_t frame;
     size_t size;
     const void *texels = kd_gpu_readback_poll(c->gpu, c->rings[hdr], wait, &frame, &size);
@@ -188,8 +185,7 @@ static bool take(app_capture *c, bool hdr, bool wait)
     return texels != NULL;
 }
 
-static void queue_copy(app_capture *c, kd_gpu_texture from, uint64_t frame, bool hdr)
-{
+static void queue_copy(app_capture *c, kd_gpu_texture from, uint64_t frame, bool hdr) {
     kd_status status;
     while (take(c, hdr, false))
         ;
@@ -200,8 +196,7 @@ static void queue_copy(app_capture *c, kd_gpu_texture from, uint64_t frame, bool
     note(c, status);
 }
 
-static void run(kd_system_context *context)
-{
+static void run(kd_system_context *context) {
     app_capture *c = context->user;
     const kd_picture *picture = kd_singleton(context->world, kd_picture);
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
@@ -211,8 +206,7 @@ static void run(kd_system_context *context)
         queue_copy(c, picture->hdr, frame->index, true);
 }
 
-kd_status app_capture_import(app_capture *capture, kd_schedule *s)
-{
+kd_status app_capture_import(app_capture *capture, kd_schedule *s) {
     return kd_schedule_add(s, &(kd_system_desc){
                                   .name = "capture",
                                   .phase = KD_PHASE_CAPTURE,
@@ -226,15 +220,13 @@ kd_status app_capture_import(app_capture *capture, kd_schedule *s)
 
 /* ---- the end ---- */
 
-kd_status app_capture_status(const app_capture *capture)
-{
+kd_status app_capture_status(const app_capture *capture) {
     if (capture->status != KD_OK)
         return capture->status;
     return (kd_status)atomic_load(&capture->encode_status);
 }
 
-static kd_status write_last(app_capture *c, bool hdr)
-{
+static kd_status write_last(app_capture *c, bool hdr) {
     kd_status status = KD_OK;
     const kd_picture *picture = kd_singleton(c->world, kd_picture);
     void *texels = NULL;
@@ -243,7 +235,8 @@ static kd_status write_last(app_capture *c, bool hdr)
         if (output->every_frame || (output->kind == APP_OUTPUT_EXR) != hdr)
             continue;
         if (!texels && !(texels = malloc(picture_bytes(c, hdr)))) {
-            status = kd_fail(KD_NO_MEMORY, "%s: no memory for a picture of %ux%u; choose a smaller size", output->path, c->width, c->height);
+            status = kd_fail(KD_NO_MEMORY, "%s: no memory for a picture of %ux%u; choose a smaller size",
+                             output->path, c->width, c->height);
             break;
         }
         kd_gpu_barrier(c->gpu, KD_BARRIER_TEXTURE_UPDATE);
@@ -251,14 +244,14 @@ static kd_status write_last(app_capture *c, bool hdr)
         if (kd_gpu_failed(c->gpu))
             status = KD_GPU;
         else
-            status = hdr ? app_exr_write(output->path, c->width, c->height, texels) : app_png_write(output->path, c->width, c->height, texels);
+            status = hdr ? app_exr_write(output->path, c->width, c->height, texels)
+                         : app_png_write(output->path, c->width, c->height, texels);
     }
     free(texels);
     return status;
 }
 
-kd_status app_capture_finish(app_capture *c, bool last)
-{
+kd_status app_capture_finish(app_capture *c, bool last) {
     for (int hdr = 0; hdr < 2; hdr++)
         while (c->rings[hdr].id && take(c, hdr, true))
             ;
@@ -266,7 +259,8 @@ kd_status app_capture_finish(app_capture *c, bool last)
         kd_jobs_wait(c->jobs, &c->slots[i].counter);
     kd_status status = app_capture_status(c);
     for (uint32_t i = 0; i < c->options->output_count; i++) {
-        kd_status closed = c->options->outputs[i].kind == APP_OUTPUT_FILM ? app_film_close(&c->films[i]) : KD_OK;
+        kd_status closed =
+            c->options->outputs[i].kind == APP_OUTPUT_FILM ? app_film_close(&c->films[i]) : KD_OK;
         status = status == KD_OK ? closed : status;
     }
     for (int hdr = 0; hdr < 2 && last; hdr++)
@@ -274,8 +268,7 @@ kd_status app_capture_finish(app_capture *c, bool last)
     return status;
 }
 
-void app_capture_close(app_capture *c)
-{
+void app_capture_close(app_capture *c) {
     if (!c)
         return;
     for (uint32_t i = 0; c->slots && i < c->slot_count; i++) {

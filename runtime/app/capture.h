@@ -1,9 +1,9 @@
 #ifndef KD_APP_CAPTURE_H
 #define KD_APP_CAPTURE_H
 
-/* From the picture to files. System `capture` queues copies of the frames that a film or a numbered sequence wants; they
- * come back a few frames later through a fenced ring and are encoded by workers. Single pictures show the last frame and
- * are read at the end. Frames that were finished stay, whatever happens later. */
+/* From the picture to files. System `capture` queues copies of the frames that a film or a numbered sequence
+ * wants; they come back a few frames later through a fenced ring and are encoded by workers. Single pictures
+ * show the last frame and are read at the end. Frames that were finished stay, whatever happens later. */
 
 #include "runtime/app/options.h"
 #include "runtime/ecs/system.h"
@@ -15,8 +15,8 @@ typedef struct app_capture app_capture;
 kd_status app_capture_check(const app_options *options);
 
 /** Open films and rings for pictures of this size. Errors with a message. The options are kept. */
-kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu, kd_jobs *jobs, uint32_t width, uint32_t height,
-                           double fps, app_capture **out);
+kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu, kd_jobs *jobs,
+                           uint32_t width, uint32_t height, double fps, app_capture **out);
 
 /** Register system capture. */
 kd_status app_capture_import(app_capture *capture, kd_schedule *s);
@@ -24,7 +24,8 @@ kd_status app_capture_import(app_capture *capture, kd_schedule *s);
 /** How the files written so far fared. Threading: the GPU lane. Cost: none. */
 kd_status app_capture_status(const app_capture *capture);
 
-/** Write everything that is still under way; with `last` also the single pictures, which show the frame rendered last. */
+/** Write everything that is still under way; with `last` also the single pictures, which show the frame
+ * rendered last. */
 kd_status app_capture_finish(app_capture *capture, bool last);
 
 void app_capture_close(app_capture *capture); /* NULL does nothing; unfinished films leave no file */

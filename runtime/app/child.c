@@ -16,23 +16,21 @@
 
 extern char **environ;
 
-bool app_find_program(const char *name, char *out, size_t out_size)
-{
+bool app_find_program(const char *name, char *out, size_t out_size) {
     const char *path = getenv("PATH");
     for (const char *p = path ? path : ""; *p;) {
         size_t length = strcspn(p, ":");
         struct stat info;
         int written = snprintf(out, out_size, "%.*s/%s", (int)length, p, name);
-        if (length > 0 && written > 0 && (size_t)written < out_size && access(out, X_OK) == 0 && stat(out, &info) == 0 &&
-            S_ISREG(info.st_mode))
+        if (length > 0 && written > 0 && (size_t)written < out_size && access(out, X_OK) == 0 &&
+            stat(out, &info) == 0 && S_ISREG(info.st_mode))
             return true;
         p += length + (p[length] == ':');
     }
     return false;
 }
 
-static int temporary_file(void)
-{
+static int temporary_file(void) {
     char path[] = "/tmp/kandil-XXXXXX";
     int file = mkstemp(path);
     if (file >= 0) {
@@ -43,8 +41,7 @@ static int temporary_file(void)
 }
 
 /* Start it with the read end of the pipe as standard input. Returns an errno value. */
-static int spawn(app_child *child, int read_end, const char *const *argv)
-{
+static int spawn(app_child *child, int read_end, const char *const *argv) {
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;
     sigset_t defaults;
@@ -59,18 +56,19 @@ static int spawn(app_child *child, int read_end, const char *const *argv)
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
     posix_spawnattr_setpgroup(&attributes, 0);
     posix_spawnattr_setsigdefault(&attributes, &defaults);
-    int error = posix_spawnp(&child->pid, argv[0], &files, &attributes, (char *const *)(uintptr_t)argv, environ);
+    int error =
+        posix_spawnp(&child->pid, argv[0], &files, &attributes, (char *const *)(uintptr_t)argv, environ);
     posix_spawn_file_actions_destroy(&files);
     posix_spawnattr_destroy(&attributes);
     return error;
 }
 
-kd_status app_child_start(app_child *child, const char *const *argv)
-{
+kd_status app_child_start(app_child *child, const char *const *argv) {
     int ends[2];
     *child = (app_child){.input = -1, .errors = -1};
     if (pipe(ends) != 0)
-        return kd_fail(KD_IO, "%s: no pipe could be made (%s); close other programs", argv[0], strerror(errno));
+        return kd_fail(KD_IO, "%s: no pipe could be made (%s); close other programs", argv[0],
+                       strerror(errno));
     fcntl(ends[0], F_SETFD, FD_CLOEXEC);
     fcntl(ends[1], F_SETFD, FD_CLOEXEC);
     child->input = ends[1];
@@ -84,8 +82,7 @@ kd_status app_child_start(app_child *child, const char *const *argv)
     return kd_fail(KD_IO, "%s: could not be started (%s); check its installation", argv[0], strerror(error));
 }
 
-bool app_child_write(app_child *child, const void *data, size_t size)
-{
+bool app_child_write(app_child *child, const void *data, size_t size) {
     const char *at = data;
     while (size > 0) {
         ssize_t written = write(child->input, at, size);
@@ -99,10 +96,10 @@ bool app_child_write(app_child *child, const void *data, size_t size)
     return true;
 }
 
-static void last_line(int file, char *line, size_t line_size)
-{
+static void last_line(int file, char *line, size_t line_size) {
     char text[2048];
-    off_t end = lseek(file, 0, SEEK_END), start = end > (off_t)sizeof text - 1 ? end - (off_t)sizeof text + 1 : 0;
+    off_t end = lseek(file, 0, SEEK_END),
+          start = end > (off_t)sizeof text - 1 ? end - (off_t)sizeof text + 1 : 0;
     ssize_t count = pread(file, text, sizeof text - 1, start);
     line[0] = '\0';
     if (count <= 0)
@@ -114,8 +111,7 @@ static void last_line(int file, char *line, size_t line_size)
     snprintf(line, line_size, "%s", newline ? newline + 1 : text);
 }
 
-int app_child_finish(app_child *child, char *line, size_t line_size)
-{
+int app_child_finish(app_child *child, char *line, size_t line_size) {
     int state = 0, code = -1;
     if (child->input >= 0)
         close(child->input);

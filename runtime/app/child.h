@@ -18,8 +18,8 @@ typedef struct app_child {
 /** Find a program in PATH. Returns false when there is none that may be run. */
 bool app_find_program(const char *name, char *out, size_t out_size);
 
-/** Start a program, argv[0] looked up in PATH. It gets a process group of its own, so that Ctrl+C reaches only us.
- *  Errors IO with a message */
+/** Start a program, argv[0] looked up in PATH. It gets a process group of its own, so that Ctrl+C reaches
+ * only us. Errors IO with a message */
 kd_status app_child_start(app_child *child, const char *const *argv);
 
 /** Write everything to its input. Returns false when the child closed it or died. */

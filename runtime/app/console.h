@@ -1,14 +1,15 @@
 #ifndef KD_APP_CONSOLE_H
 #define KD_APP_CONSOLE_H
 
-/* The terminal: messages and the progress bar share it, so one file owns it. Threading: any, except open and close. */
+/* The terminal: messages and the progress bar share it, so one file owns it. Threading: any, except open and
+ * close. */
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-void app_console_open(void);             /* takes over the log's sink */
-void app_console_set_quiet(bool quiet);  /* errors only */
+void app_console_open(void);            /* takes over the log's sink */
+void app_console_set_quiet(bool quiet); /* errors only */
 void app_console_close(void);
 
 /** Draw the bar when standard error is a terminal. `frame_ms` is the time of the last frame. */

@@ -1,5 +1,5 @@
-/* A bare model as a scene: framed when it brings no camera, lit when nothing in it shines, turned when it is small and
- * does not move by itself. */
+/* A bare model as a scene: framed when it brings no camera, lit when nothing in it shines, turned when it is
+ * small and does not move by itself. */
 #include <math.h>
 
 #include "components/camera.h"
@@ -16,8 +16,7 @@
 #define HALL_EV     1.5f /* most of a hall is in shade, and seen by what bounces */
 
 /* Rotation that takes -Z to the target and +Y upwards; never asked to look straight up or down. */
-static kd_quat look_at(kd_vec3 from, kd_vec3 to)
-{
+static kd_quat look_at(kd_vec3 from, kd_vec3 to) {
     mat4 m;
     versor q;
     kd_vec3 back = kd_vec3_normalize(kd_vec3_sub(from, to), (kd_vec3){0, 0, 1});
@@ -31,25 +30,23 @@ static kd_quat look_at(kd_vec3 from, kd_vec3 to)
     return (kd_quat){q[0], q[1], q[2], q[3]};
 }
 
-static void add_camera(app_scene *scene, kd_vec3 eye, kd_vec3 target, float fov_y, float scale)
-{
+static void add_camera(app_scene *scene, kd_vec3 eye, kd_vec3 target, float fov_y, float scale) {
     kd_world *w = scene->world;
-    kd_entity e = kd_spawn(w, KD_VAL(kd_transform, {.position = eye, .rotation = look_at(eye, target), .scale = {1, 1, 1}}),
-                           KD_TAG(kd_world_transform),
-                           KD_VAL(kd_camera, {.fov_y = fov_y, .y_mag = 1, .z_near = scale * 0.005f, .z_far = scale * 20}));
+    kd_entity e = kd_spawn(
+        w, KD_VAL(kd_transform, {.position = eye, .rotation = look_at(eye, target), .scale = {1, 1, 1}}),
+        KD_TAG(kd_world_transform),
+        KD_VAL(kd_camera, {.fov_y = fov_y, .y_mag = 1, .z_near = scale * 0.005f, .z_far = scale * 20}));
     kd_set_name(w, e, "camera");
 }
 
 /* Distance at which a sphere fills the picture, its narrower side deciding. */
-static float fitting_distance(const app_scene *scene, float radius, float fov_y)
-{
+static float fitting_distance(const app_scene *scene, float radius, float fov_y) {
     float aspect = (float)scene->width / (float)scene->height, half = tanf(fov_y / 2);
     float narrow = atanf(aspect < 1 ? half * aspect : half);
     return radius / sinf(narrow > 0.02f ? narrow : 0.02f);
 }
 
-static void frame_model(app_scene *scene, const app_survey *s)
-{
+static void frame_model(app_scene *scene, const app_survey *s) {
     kd_vec3 extent = kd_vec3_sub(s->high, s->low), middle = kd_vec3_scale(kd_vec3_add(s->low, s->high), 0.5f);
     float radius = kd_vec3_length(extent) / 2;
     if (!(radius > 1e-6f))
@@ -66,35 +63,38 @@ static void frame_model(app_scene *scene, const app_survey *s)
         return;
     }
     float away = fitting_distance(scene, radius * 0.92f, ORBIT_FOV_Y); /* boxes seldom fill their spheres */
-    kd_vec3 side = kd_vec3_normalize((kd_vec3){0.55f, 0.38f, 1}, (kd_vec3){0, 0, 1}); /* three quarters, from above */
+    kd_vec3 side =
+        kd_vec3_normalize((kd_vec3){0.55f, 0.38f, 1}, (kd_vec3){0, 0, 1}); /* three quarters, from above */
     add_camera(scene, kd_vec3_add(middle, kd_vec3_scale(side, away)), middle, ORBIT_FOV_Y, away);
 }
 
-/* Into a hall it shines steeply, so that it reaches the floor and one of the long sides through an open roof. */
-static void add_sun(app_scene *scene, const app_survey *s)
-{
+/* Into a hall it shines steeply, so that it reaches the floor and one of the long sides through an open roof.
+ */
+static void add_sun(app_scene *scene, const app_survey *s) {
     kd_world *w = scene->world;
     kd_vec3 from = {0.45f, 1, 0.35f};
     if (s->hall)
-        from = fabsf(s->target.x - s->eye.x) > fabsf(s->target.z - s->eye.z) ? (kd_vec3){0.3f, 1, 0.18f} : (kd_vec3){0.18f, 1, 0.3f};
-    kd_entity e = kd_spawn(w, KD_VAL(kd_transform, {.rotation = look_at(from, (kd_vec3){0, 0, 0}), .scale = {1, 1, 1}}),
-                           KD_TAG(kd_world_transform),
-                           KD_VAL(kd_light, {.type = KD_DIRECTIONAL, .color = {1, 0.97f, 0.92f}, .intensity = SUN_LX}));
+        from = fabsf(s->target.x - s->eye.x) > fabsf(s->target.z - s->eye.z) ? (kd_vec3){0.3f, 1, 0.18f}
+                                                                             : (kd_vec3){0.18f, 1, 0.3f};
+    kd_entity e =
+        kd_spawn(w, KD_VAL(kd_transform, {.rotation = look_at(from, (kd_vec3){0, 0, 0}), .scale = {1, 1, 1}}),
+                 KD_TAG(kd_world_transform),
+                 KD_VAL(kd_light, {.type = KD_DIRECTIONAL, .color = {1, 0.97f, 0.92f}, .intensity = SUN_LX}));
     kd_set_name(w, e, "sun");
     scene->settings.light_ambient = SKY;
 }
 
-static float clamp(float x, float low, float high)
-{
+static float clamp(float x, float low, float high) {
     return x < low ? low : x > high ? high : x;
 }
 
-/* Voxels and shadows that reach over the model from where the camera stands; --set still has the last word. */
-static void fit_settings(app_scene *scene, const app_survey *s)
-{
+/* Voxels and shadows that reach over the model from where the camera stands; --set still has the last word.
+ */
+static void fit_settings(app_scene *scene, const app_survey *s) {
     kd_settings *set = &scene->settings;
     float diagonal = kd_vec3_length(kd_vec3_sub(s->high, s->low));
-    float reach = s->hall ? diagonal : diagonal * 2.2f; /* the finest cascade covers this over 2^(cascades-1) */
+    float reach =
+        s->hall ? diagonal : diagonal * 2.2f; /* the finest cascade covers this over 2^(cascades-1) */
     float cells = (float)(set->voxels_resolution << (set->voxels_cascades - 1));
     if (diagonal > 0) {
         set->voxels_span = clamp(reach / cells, 1e-4f, 100);
@@ -102,8 +102,7 @@ static void fit_settings(app_scene *scene, const app_survey *s)
     }
 }
 
-kd_status app_scene_load_model(app_scene *scene, const char *path)
-{
+kd_status app_scene_load_model(app_scene *scene, const char *path) {
     uint32_t number;
     kd_entity root;
     app_survey survey;

@@ -6,8 +6,7 @@
 
 #include <tinyexr.h>
 
-static size_t encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data)
-{
+static size_t encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data) {
     static const char *const names[3] = {"B", "G", "R"}; // readers expect the order of the alphabet
     EXRHeader header;
     EXRImage image;
@@ -36,8 +35,7 @@ static size_t encode(uint32_t width, uint32_t height, const uint16_t *planes, un
     return size;
 }
 
-size_t exr_shim_encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data)
-{
+size_t exr_shim_encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data) {
     *data = nullptr;
     try {
         return encode(width, height, planes, data);

@@ -7,8 +7,7 @@
 
 #include "runtime/core/log.h"
 
-kd_status app_film_open(app_film *film, const char *path, uint32_t width, uint32_t height, double fps)
-{
+kd_status app_film_open(app_film *film, const char *path, uint32_t width, uint32_t height, double fps) {
     char size[32], rate[32];
     memset(film, 0, sizeof *film);
     film->child.input = film->child.errors = -1;
@@ -23,37 +22,66 @@ kd_status app_film_open(app_film *film, const char *path, uint32_t width, uint32
     char target[KD_PATH_MAX + 8];
     snprintf(target, sizeof target, "%s%s", film->temp[0] == '/' ? "file:" : "file:./", film->temp);
     const char *const argv[] = {
-        "ffmpeg", "-hide_banner", "-loglevel", "error", "-nostats", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", size,
-        "-r", rate, "-i", "pipe:0", "-vf",
+        "ffmpeg",
+        "-hide_banner",
+        "-loglevel",
+        "error",
+        "-nostats",
+        "-y",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgba",
+        "-s",
+        size,
+        "-r",
+        rate,
+        "-i",
+        "pipe:0",
+        "-vf",
         "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
-        "-c:v", "libx264", "-crf", "18", "-preset", "veryfast", "-colorspace", "bt709", "-color_primaries", "bt709",
-        "-color_trc", "iec61966-2-1", "-color_range", "tv", "-movflags", "+faststart", target, NULL,
+        "-c:v",
+        "libx264",
+        "-crf",
+        "18",
+        "-preset",
+        "veryfast",
+        "-colorspace",
+        "bt709",
+        "-color_primaries",
+        "bt709",
+        "-color_trc",
+        "iec61966-2-1",
+        "-color_range",
+        "tv",
+        "-movflags",
+        "+faststart",
+        target,
+        NULL,
     };
     return app_child_start(&film->child, argv);
 }
 
 /* Wait for the child and tell whether it did its work; when not, remove what it left and say why. */
-static kd_status finish_child(app_film *film, bool write_failed)
-{
+static kd_status finish_child(app_film *film, bool write_failed) {
     char line[256];
     int code = app_child_finish(&film->child, line, sizeof line);
     if (code == 0 && !write_failed)
         return KD_OK;
     unlink(film->temp);
-    return kd_fail(KD_IO, "%s: ffmpeg failed with code %d (%s); check the free space and that ffmpeg has libx264", film->path, code,
-                   line[0] ? line : "it said nothing");
+    return kd_fail(KD_IO,
+                   "%s: ffmpeg failed with code %d (%s); check the free space and that ffmpeg has libx264",
+                   film->path, code, line[0] ? line : "it said nothing");
 }
 
-kd_status app_film_write(app_film *film, const void *rgba)
-{
+kd_status app_film_write(app_film *film, const void *rgba) {
     if (!app_child_write(&film->child, rgba, film->frame_bytes))
         return finish_child(film, true);
     film->frames++;
     return KD_OK;
 }
 
-kd_status app_film_close(app_film *film)
-{
+kd_status app_film_close(app_film *film) {
     if (film->child.pid == 0)
         return KD_OK;
     if (film->frames == 0) { /* which ffmpeg calls an error */
@@ -68,5 +96,6 @@ kd_status app_film_close(app_film *film)
         return KD_OK;
     int error = errno;
     unlink(film->temp);
-    return kd_fail(KD_IO, "%s: the film could not be put in place (%s); check the folder", film->path, strerror(error));
+    return kd_fail(KD_IO, "%s: the film could not be put in place (%s); check the folder", film->path,
+                   strerror(error));
 }

@@ -1,8 +1,8 @@
 #ifndef KD_APP_FILM_H
 #define KD_APP_FILM_H
 
-/* An .mp4 written by an ffmpeg child: H.264, 4:2:0, BT.709, odd sides padded to even. The film stands under its name only
- * when it is whole. */
+/* An .mp4 written by an ffmpeg child: H.264, 4:2:0, BT.709, odd sides padded to even. The film stands under
+ * its name only when it is whole. */
 
 #include <stdint.h>
 
@@ -23,7 +23,8 @@ typedef struct app_film {
 kd_status app_film_open(app_film *film, const char *path, uint32_t width, uint32_t height, double fps);
 /** Add a frame of RGBA texels, row 0 on top. Errors IO with a message, after which the film is gone */
 kd_status app_film_write(app_film *film, const void *rgba);
-/** Finish; a film without frames leaves no file. Errors IO with a message. Does nothing after a failed write. */
+/** Finish; a film without frames leaves no file. Errors IO with a message. Does nothing after a failed write.
+ */
 kd_status app_film_close(app_film *film);
 
 #endif

@@ -9,8 +9,7 @@
 #include "runtime/core/log.h"
 #include "runtime/core/nearest.h"
 
-static void print_program(void)
-{
+static void print_program(void) {
     printf("Kandil %s: animated scenes lit by their own voxels.\n\nusage: kandil COMMAND …\n\n", KD_VERSION);
     for (const app_command_row *row = app_commands; row->name; row++) {
         char left[64];
@@ -22,13 +21,13 @@ static void print_program(void)
            "Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 interrupted.\n");
 }
 
-static void print_command(const app_command_row *row)
-{
-    printf("usage: kandil %s%s%s%s\n\n%s\n", row->name, row->subject ? " " : "", row->subject ? row->subject : "",
-           row->command == APP_RUN ? " [OPTIONS]" : "", row->doc);
+static void print_command(const app_command_row *row) {
+    printf("usage: kandil %s%s%s%s\n\n%s\n", row->name, row->subject ? " " : "",
+           row->subject ? row->subject : "", row->command == APP_RUN ? " [OPTIONS]" : "", row->doc);
     if (row->command != APP_RUN)
         return;
-    printf("\nA model that brings no camera or light is framed and lit; a small one without animation is turned.\n\n");
+    printf("\nA model that brings no camera or light is framed and lit; a small one without animation is "
+           "turned.\n\n");
     for (const app_option_row *option = app_run_options; option->name; option++) {
         char left[64];
         snprintf(left, sizeof left, "%s %s", option->name, option->value ? option->value : "");
@@ -36,8 +35,7 @@ static void print_command(const app_command_row *row)
     }
 }
 
-static void print_choices(const kd_setting_row *row)
-{
+static void print_choices(const kd_setting_row *row) {
     if (row->words) {
         for (size_t i = 0; row->words[i]; i++)
             printf("%s%s", i ? "|" : "", row->words[i]);
@@ -49,8 +47,7 @@ static void print_choices(const kd_setting_row *row)
     printf("%s%s", row->unit ? " " : "", row->unit ? row->unit : "");
 }
 
-static void print_settings(void)
-{
+static void print_settings(void) {
     size_t count;
     const kd_setting_row *rows = kd_settings_rows(&count);
     kd_settings defaults = kd_settings_defaults();
@@ -61,11 +58,11 @@ static void print_settings(void)
         print_choices(&rows[i]);
         printf("; default %s)\n", kd_settings_format(&defaults, &rows[i], text, sizeof text));
     }
-    printf("\nNAME.component.field=VALUE sets a field of the entity of that name, such as lamp.light.intensity=5.\n");
+    printf("\nNAME.component.field=VALUE sets a field of the entity of that name, such as "
+           "lamp.light.intensity=5.\n");
 }
 
-kd_status app_help_print(const char *topic)
-{
+kd_status app_help_print(const char *topic) {
     if (!topic) {
         print_program();
         return KD_OK;

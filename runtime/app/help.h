@@ -3,7 +3,8 @@
 
 #include "runtime/core/status.h"
 
-/** Print help on the program (topic NULL), a command, or "settings", to standard output. Errors USAGE for an unknown topic */
+/** Print help on the program (topic NULL), a command, or "settings", to standard output. Errors USAGE for an
+ * unknown topic */
 kd_status app_help_print(const char *topic);
 
 #endif

@@ -8,9 +8,10 @@
 #include "runtime/core/log.h"
 
 /* Encode row by row, so that a picture of any size needs one row beside it. Returns an spng error. */
-static int encode_rows(spng_ctx *encoder, uint32_t width, uint32_t height, const uint8_t *rgba, uint8_t *row)
-{
-    int error = spng_encode_image(encoder, NULL, 0, SPNG_FMT_PNG, SPNG_ENCODE_PROGRESSIVE | SPNG_ENCODE_FINALIZE);
+static int encode_rows(spng_ctx *encoder, uint32_t width, uint32_t height, const uint8_t *rgba,
+                       uint8_t *row) {
+    int error =
+        spng_encode_image(encoder, NULL, 0, SPNG_FMT_PNG, SPNG_ENCODE_PROGRESSIVE | SPNG_ENCODE_FINALIZE);
     for (uint32_t y = 0; y < height && error == 0; y++) {
         const uint8_t *from = rgba + (size_t)y * width * 4;
         for (size_t x = 0; x < width; x++) {
@@ -23,9 +24,9 @@ static int encode_rows(spng_ctx *encoder, uint32_t width, uint32_t height, const
     return error == SPNG_EOI ? 0 : error;
 }
 
-static int encode(FILE *stream, uint32_t width, uint32_t height, const uint8_t *rgba, uint8_t *row)
-{
-    struct spng_ihdr header = {.width = width, .height = height, .bit_depth = 8, .color_type = SPNG_COLOR_TYPE_TRUECOLOR};
+static int encode(FILE *stream, uint32_t width, uint32_t height, const uint8_t *rgba, uint8_t *row) {
+    struct spng_ihdr header = {
+        .width = width, .height = height, .bit_depth = 8, .color_type = SPNG_COLOR_TYPE_TRUECOLOR};
     spng_ctx *encoder = spng_ctx_new(SPNG_CTX_ENCODER);
     if (!encoder)
         return SPNG_EMEM;
@@ -35,15 +36,15 @@ static int encode(FILE *stream, uint32_t width, uint32_t height, const uint8_t *
     if (!error)
         error = spng_set_srgb(encoder, 0); /* perceptual */
     if (!error)
-        error = spng_set_option(encoder, SPNG_IMG_COMPRESSION_LEVEL, 4); /* a third of level 6's time, 5 % larger */
+        error = spng_set_option(encoder, SPNG_IMG_COMPRESSION_LEVEL,
+                                4); /* a third of level 6's time, 5 % larger */
     if (!error)
         error = encode_rows(encoder, width, height, rgba, row);
     spng_ctx_free(encoder);
     return error;
 }
 
-kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgba)
-{
+kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgba) {
     kd_file_out file;
     kd_status status = kd_file_out_open(&file, path);
     if (status != KD_OK)
@@ -53,14 +54,14 @@ kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const
     free(row);
     if (error && error != SPNG_IO_ERROR) {
         kd_file_out_cancel(&file);
-        return kd_fail(error == SPNG_EMEM ? KD_NO_MEMORY : KD_IO, "%s: the picture could not be encoded (%s); choose another size",
-                       path, spng_strerror(error));
+        return kd_fail(error == SPNG_EMEM ? KD_NO_MEMORY : KD_IO,
+                       "%s: the picture could not be encoded (%s); choose another size", path,
+                       spng_strerror(error));
     }
     return kd_file_out_commit(&file); /* which also says what went wrong with the stream */
 }
 
-kd_status app_exr_write(const char *path, uint32_t width, uint32_t height, const uint16_t *rgba)
-{
+kd_status app_exr_write(const char *path, uint32_t width, uint32_t height, const uint16_t *rgba) {
     unsigned char *data = NULL;
     size_t count = (size_t)width * height, size = 0;
     uint16_t *planes = malloc(count * 3 * sizeof *planes);

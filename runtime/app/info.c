@@ -8,8 +8,7 @@
 
 #define MAX_NODES_SHOWN 200
 
-static void print_meshes(const kd_model *m)
-{
+static void print_meshes(const kd_model *m) {
     for (uint32_t i = 0; i < m->mesh_count; i++) {
         const kd_mesh_desc *mesh = &m->meshes[i];
         uint64_t triangles = 0, vertices = 0;
@@ -19,50 +18,50 @@ static void print_meshes(const kd_model *m)
             vertices += mesh->primitives[p].vertex_count;
             skinned = skinned || mesh->primitives[p].joints;
         }
-        printf("  mesh %u '%s': %u primitives, %llu triangles, %llu vertices%s", i, mesh->name ? mesh->name : "", mesh->primitive_count,
-               (unsigned long long)triangles, (unsigned long long)vertices, skinned ? ", skinned" : "");
+        printf("  mesh %u '%s': %u primitives, %llu triangles, %llu vertices%s", i,
+               mesh->name ? mesh->name : "", mesh->primitive_count, (unsigned long long)triangles,
+               (unsigned long long)vertices, skinned ? ", skinned" : "");
         if (mesh->morph_count)
             printf(", %u morph targets", mesh->morph_count);
         printf("\n");
     }
 }
 
-static void print_materials(const kd_model *m)
-{
+static void print_materials(const kd_model *m) {
     static const char *const alpha[] = {"", ", mask", ", blend"};
     for (uint32_t i = 0; i < m->material_count; i++) {
         const kd_material_desc *d = &m->materials[i];
-        printf("  material %u '%s': base colour %.3g %.3g %.3g, metallic %.3g, roughness %.3g%s%s", i, d->name ? d->name : "",
-               (double)d->base_color.x, (double)d->base_color.y, (double)d->base_color.z, (double)d->metallic, (double)d->roughness,
-               alpha[d->alpha_mode], d->double_sided ? ", double sided" : "");
+        printf("  material %u '%s': base colour %.3g %.3g %.3g, metallic %.3g, roughness %.3g%s%s", i,
+               d->name ? d->name : "", (double)d->base_color.x, (double)d->base_color.y,
+               (double)d->base_color.z, (double)d->metallic, (double)d->roughness, alpha[d->alpha_mode],
+               d->double_sided ? ", double sided" : "");
         if (kd_vec3_length(d->emissive) > 0)
-            printf(", emissive %.3g %.3g %.3g", (double)d->emissive.x, (double)d->emissive.y, (double)d->emissive.z);
+            printf(", emissive %.3g %.3g %.3g", (double)d->emissive.x, (double)d->emissive.y,
+                   (double)d->emissive.z);
         printf("\n");
     }
 }
 
-static void print_clips(const kd_model *m)
-{
+static void print_clips(const kd_model *m) {
     for (uint32_t i = 0; i < m->skin_count; i++)
-        printf("  skin %u '%s': %u joints\n", i, m->skins[i].name ? m->skins[i].name : "", m->skins[i].joint_count);
+        printf("  skin %u '%s': %u joints\n", i, m->skins[i].name ? m->skins[i].name : "",
+               m->skins[i].joint_count);
     for (uint32_t i = 0; i < m->clip_count; i++)
-        printf("  clip %u '%s': %.3f s, %u channels\n", i, m->clips[i].name ? m->clips[i].name : "", (double)m->clips[i].duration,
-               m->clips[i].channel_count);
+        printf("  clip %u '%s': %.3f s, %u channels\n", i, m->clips[i].name ? m->clips[i].name : "",
+               (double)m->clips[i].duration, m->clips[i].channel_count);
 }
 
-static void print_lights_and_cameras(const kd_model *m)
-{
+static void print_lights_and_cameras(const kd_model *m) {
     static const char *const kinds[] = {"directional", "point", "spot"};
     for (uint32_t i = 0; i < m->light_count; i++)
-        printf("  light %u '%s': %s, intensity %g\n", i, m->lights[i].name ? m->lights[i].name : "", kinds[m->lights[i].type],
-               (double)m->lights[i].intensity);
+        printf("  light %u '%s': %s, intensity %g\n", i, m->lights[i].name ? m->lights[i].name : "",
+               kinds[m->lights[i].type], (double)m->lights[i].intensity);
     for (uint32_t i = 0; i < m->camera_count; i++)
         printf("  camera %u '%s': %s\n", i, m->cameras[i].name ? m->cameras[i].name : "",
                m->cameras[i].orthographic ? "orthographic" : "perspective");
 }
 
-static uint32_t depth_of(const kd_model *m, uint32_t node)
-{
+static uint32_t depth_of(const kd_model *m, uint32_t node) {
     uint32_t depth = 0;
     while (m->nodes[node].parent != KD_NONE && depth < 40) {
         node = m->nodes[node].parent;
@@ -71,8 +70,7 @@ static uint32_t depth_of(const kd_model *m, uint32_t node)
     return depth;
 }
 
-static void print_nodes(const kd_model *m)
-{
+static void print_nodes(const kd_model *m) {
     for (uint32_t i = 0; i < m->node_count && i < MAX_NODES_SHOWN; i++) {
         const kd_node_desc *n = &m->nodes[i];
         printf("  %*snode '%s'", (int)depth_of(m, i) * 2, "", n->name);
@@ -90,18 +88,21 @@ static void print_nodes(const kd_model *m)
         printf("  … and %u nodes more\n", m->node_count - MAX_NODES_SHOWN);
 }
 
-static void print_model(const kd_model *m)
-{
-    printf("%s\n  made by %s\n", m->path, m->generator && *m->generator ? m->generator : "an unnamed program");
-    printf("  %u nodes, %u meshes, %llu triangles, %u materials, %u images, %u skins, %u clips, %u lights, %u cameras\n", m->node_count,
-           m->mesh_count, (unsigned long long)m->triangle_count, m->material_count, m->image_count, m->skin_count, m->clip_count,
-           m->light_count, m->camera_count);
-    printf("  bounds %.4g %.4g %.4g to %.4g %.4g %.4g m\n", (double)m->bounds_min.x, (double)m->bounds_min.y, (double)m->bounds_min.z,
-           (double)m->bounds_max.x, (double)m->bounds_max.y, (double)m->bounds_max.z);
+static void print_model(const kd_model *m) {
+    printf("%s\n  made by %s\n", m->path,
+           m->generator && *m->generator ? m->generator : "an unnamed program");
+    printf("  %u nodes, %u meshes, %llu triangles, %u materials, %u images, %u skins, %u clips, %u lights, "
+           "%u cameras\n",
+           m->node_count, m->mesh_count, (unsigned long long)m->triangle_count, m->material_count,
+           m->image_count, m->skin_count, m->clip_count, m->light_count, m->camera_count);
+    printf("  bounds %.4g %.4g %.4g to %.4g %.4g %.4g m\n", (double)m->bounds_min.x, (double)m->bounds_min.y,
+           (double)m->bounds_min.z, (double)m->bounds_max.x, (double)m->bounds_max.y,
+           (double)m->bounds_max.z);
     for (const char *const *e = m->extensions_used; e && *e; e++)
         printf("  extension %s\n", *e);
     for (uint32_t i = 0; i < m->image_count; i++)
-        printf("  image %u '%s': %ux%u\n", i, m->images[i].name ? m->images[i].name : "", m->images[i].width, m->images[i].height);
+        printf("  image %u '%s': %ux%u\n", i, m->images[i].name ? m->images[i].name : "", m->images[i].width,
+               m->images[i].height);
     print_meshes(m);
     print_materials(m);
     print_clips(m);
@@ -111,8 +112,7 @@ static void print_model(const kd_model *m)
         printf("  warning: %s\n", m->warnings[i]);
 }
 
-kd_status app_info_print(const char *path)
-{
+kd_status app_info_print(const char *path) {
     kd_model *model;
     if (!kd_path_has_extension(path, ".gltf") && !kd_path_has_extension(path, ".glb"))
         return kd_fail(KD_USAGE, "%s: unknown kind of file; give a .gltf or .glb model", path);

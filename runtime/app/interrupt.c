@@ -5,26 +5,24 @@
 
 static volatile sig_atomic_t interrupted;
 
-static void note(int number)
-{
+static void note(int number) {
     (void)number;
     interrupted = 1;
 }
 
-void app_interrupt_install(void)
-{
+void app_interrupt_install(void) {
     static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
     struct sigaction action = {.sa_handler = note};
     interrupted = 0;
     sigemptyset(&action.sa_mask);
-    action.sa_flags = (int)(SA_RESTART | SA_RESETHAND); /* reset: the second signal of a kind does what it always does */
+    action.sa_flags =
+        (int)(SA_RESTART | SA_RESETHAND); /* reset: the second signal of a kind does what it always does */
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         sigaction(numbers[i], &action, NULL);
     struct sigaction ignore = {.sa_handler = SIG_IGN};
     sigaction(SIGPIPE, &ignore, NULL);
 }
 
-bool app_interrupted(void)
-{
+bool app_interrupted(void) {
     return interrupted != 0;
 }

@@ -1,5 +1,5 @@
-/* Rays from inside a model tell what it is. In a room they meet surfaces that face the viewer; inside a solid they meet
- * the backs of its surfaces. */
+/* Rays from inside a model tell what it is. In a room they meet surfaces that face the viewer; inside a solid
+ * they meet the backs of its surfaces. */
 #include "runtime/app/model_survey.h"
 
 #include <float.h>
@@ -23,8 +23,7 @@ typedef struct hit {
 
 /* ---- triangles ---- */
 
-static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 *to_model)
-{
+static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 *to_model) {
     for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
         kd_vec3 *corner = s->corners + s->triangle_count++ * 3;
         for (uint32_t k = 0; k < 3; k++)
@@ -32,8 +31,7 @@ static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 
     }
 }
 
-static size_t count_triangles(const kd_model *model)
-{
+static size_t count_triangles(const kd_model *model) {
     size_t count = 0;
     for (uint32_t n = 0; n < model->node_count; n++) {
         if (model->nodes[n].mesh == KD_NONE)
@@ -46,8 +44,7 @@ static size_t count_triangles(const kd_model *model)
 }
 
 /* Gather all triangles. Errors NO_MEMORY; the caller frees s->corners. */
-static kd_status gather(const kd_model *model, soup *s)
-{
+static kd_status gather(const kd_model *model, soup *s) {
     size_t count = count_triangles(model);
     kd_mat4 *matrices = malloc((model->node_count + 1) * sizeof *matrices);
     *s = (soup){.corners = malloc((count * 3 + 1) * sizeof *s->corners)};
@@ -59,7 +56,8 @@ static kd_status gather(const kd_model *model, soup *s)
     }
     for (uint32_t n = 0; n < model->node_count; n++) {
         const kd_node_desc *node = &model->nodes[n];
-        matrices[n] = node->has_matrix ? node->matrix : kd_mat4_from_trs(node->translation, node->rotation, node->scale);
+        matrices[n] = node->has_matrix ? node->matrix
+                                       : kd_mat4_from_trs(node->translation, node->rotation, node->scale);
         if (node->parent != KD_NONE)
             matrices[n] = kd_mat4_mul(&matrices[node->parent], &matrices[n]);
         for (uint32_t i = 0; node->mesh != KD_NONE && i < model->meshes[node->mesh].primitive_count; i++)
@@ -71,8 +69,7 @@ static kd_status gather(const kd_model *model, soup *s)
 
 /* ---- rays; Source  Moeller and Trumbore 1997, Fast, Minimum Storage Ray/Triangle Intersection ---- */
 
-static hit cast(const soup *s, kd_vec3 from, kd_vec3 along)
-{
+static hit cast(const soup *s, kd_vec3 from, kd_vec3 along) {
     hit nearest = {FAR, false};
     for (size_t i = 0; i < s->triangle_count; i++) {
         const kd_vec3 *c = s->corners + i * 3;
@@ -81,7 +78,8 @@ static hit cast(const soup *s, kd_vec3 from, kd_vec3 along)
         if (det == 0)
             continue;
         kd_vec3 t = kd_vec3_sub(from, c[0]), q = kd_vec3_cross(t, e1);
-        float u = kd_vec3_dot(t, p) / det, v = kd_vec3_dot(along, q) / det, distance = kd_vec3_dot(e2, q) / det;
+        float u = kd_vec3_dot(t, p) / det, v = kd_vec3_dot(along, q) / det,
+              distance = kd_vec3_dot(e2, q) / det;
         if (u >= 0 && v >= 0 && u + v <= 1 && distance > 0 && distance < nearest.distance)
             nearest = (hit){distance, det > 0};
     }
@@ -93,8 +91,7 @@ static hit cast(const soup *s, kd_vec3 from, kd_vec3 along)
 static const kd_vec3 axes[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}, {0, 1, 0}};
 
 /* A box open on one of its four walls: the other five axis rays from its middle meet inner faces. */
-static void look_for_open_box(const soup *s, kd_vec3 middle, app_survey *out)
-{
+static void look_for_open_box(const soup *s, kd_vec3 middle, app_survey *out) {
     int open = -1, inner = 0;
     for (int i = 0; i < 6; i++) {
         /* off the middle by a little: a light or an edge may lie exactly on an axis */
@@ -110,15 +107,14 @@ static void look_for_open_box(const soup *s, kd_vec3 middle, app_survey *out)
     out->open_side = open >= 0 ? axes[open] : axes[2];
 }
 
-static float free_way(const soup *s, kd_vec3 eye, kd_vec3 along, float limit)
-{
+static float free_way(const soup *s, kd_vec3 eye, kd_vec3 along, float limit) {
     hit h = cast(s, eye, along);
     return h.distance < limit ? h.distance : limit;
 }
 
-/* Whether one can stand at `eye`: a floor below, and walls that face inwards on three sides of four at least. */
-static bool is_inside(const soup *s, kd_vec3 eye, float room)
-{
+/* Whether one can stand at `eye`: a floor below, and walls that face inwards on three sides of four at least.
+ */
+static bool is_inside(const soup *s, kd_vec3 eye, float room) {
     int walls = 0;
     hit floor = cast(s, eye, axes[4]);
     for (int i = 0; i < 4; i++) {
@@ -128,29 +124,32 @@ static bool is_inside(const soup *s, kd_vec3 eye, float room)
     return floor.distance < FAR && floor.faces_us && walls >= 3;
 }
 
-static void look_for_hall(const soup *s, app_survey *out)
-{
-    kd_vec3 extent = kd_vec3_sub(out->high, out->low), middle = kd_vec3_scale(kd_vec3_add(out->low, out->high), 0.5f);
+static void look_for_hall(const soup *s, app_survey *out) {
+    kd_vec3 extent = kd_vec3_sub(out->high, out->low),
+            middle = kd_vec3_scale(kd_vec3_add(out->low, out->high), 0.5f);
     bool along_x = extent.x >= extent.z;
     float longest = along_x ? extent.x : extent.z, height = extent.y;
     if (longest <= HALL_MIN_EXTENT_M || height < 0.05f * longest)
         return;
-    float eye_height = height > 12 * EYE_HEIGHT_M ? height / 12 : EYE_HEIGHT_M; /* in a unit smaller than metres */
+    float eye_height =
+        height > 12 * EYE_HEIGHT_M ? height / 12 : EYE_HEIGHT_M; /* in a unit smaller than metres */
     hit floor = cast(s, middle, axes[4]);
-    kd_vec3 eye = {middle.x, (floor.distance < FAR ? middle.y - floor.distance : out->low.y) + eye_height, middle.z};
+    kd_vec3 eye = {middle.x, (floor.distance < FAR ? middle.y - floor.distance : out->low.y) + eye_height,
+                   middle.z};
     if (!is_inside(s, eye, 0.01f * longest))
         return;
     kd_vec3 forth = along_x ? axes[0] : axes[2], back = along_x ? axes[1] : axes[3];
     float behind = free_way(s, eye, back, longest);
     out->hall = true;
-    out->target = kd_vec3_add(eye, kd_vec3_add(kd_vec3_scale(forth, free_way(s, eye, forth, longest)), (kd_vec3){0, 0.1f * height, 0}));
+    out->target = kd_vec3_add(eye, kd_vec3_add(kd_vec3_scale(forth, free_way(s, eye, forth, longest)),
+                                               (kd_vec3){0, 0.1f * height, 0}));
     out->eye = kd_vec3_add(eye, kd_vec3_scale(back, behind * 0.85f));
 }
 
-kd_status app_survey_model(const kd_model *model, app_survey *out)
-{
+kd_status app_survey_model(const kd_model *model, app_survey *out) {
     soup s;
-    *out = (app_survey){.low = model->bounds_min, .high = model->bounds_max, .has_animation = model->clip_count > 0};
+    *out = (app_survey){
+        .low = model->bounds_min, .high = model->bounds_max, .has_animation = model->clip_count > 0};
     for (uint32_t n = 0; n < model->node_count; n++) {
         out->has_camera = out->has_camera || model->nodes[n].camera != KD_NONE;
         out->has_light = out->has_light || model->nodes[n].light != KD_NONE;

@@ -7,10 +7,10 @@
 
 typedef struct app_survey {
     bool has_camera, has_light, has_emissive, has_animation;
-    kd_vec3 low, high; /* bounds, m */
-    bool hall;         /* large, and one can stand inside: floor and walls face inwards */
-    bool open_box;     /* closed on all sides but one: seen best through that side */
-    kd_vec3 open_side; /* unit axis that leads out of the open box */
+    kd_vec3 low, high;   /* bounds, m */
+    bool hall;           /* large, and one can stand inside: floor and walls face inwards */
+    bool open_box;       /* closed on all sides but one: seen best through that side */
+    kd_vec3 open_side;   /* unit axis that leads out of the open box */
     kd_vec3 eye, target; /* of a hall: a place to stand, and where the view is longest */
 } app_survey;
 

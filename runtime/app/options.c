@@ -1,5 +1,5 @@
-/* One table row an option: its name, its value's name in the help, its reader. A reader checks everything that can be
- * checked before the work begins. */
+/* One table row an option: its name, its value's name in the help, its reader. A reader checks everything
+ * that can be checked before the work begins. */
 #include "runtime/app/options.h"
 
 #include <ctype.h>
@@ -21,10 +21,13 @@
 const char *const app_gi_words[] = {"cones", "none", NULL};
 const char *const app_view_words[] = {"final",  "direct", "indirect", "ao",    "specular", "albedo",
                                       "normal", "depth",  "octree",   "light", NULL};
-_Static_assert(sizeof app_view_words / sizeof *app_view_words == KD_VIEW_MODE_COUNT + 1, "a view lacks its word");
+_Static_assert(sizeof app_view_words / sizeof *app_view_words == KD_VIEW_MODE_COUNT + 1,
+               "a view lacks its word");
 
-static const char *const context_words[] = {"auto", "glfw", "egl", "egl-device", "egl-surfaceless", "egl-software", "osmesa", NULL};
-_Static_assert(sizeof context_words / sizeof *context_words == KD_CONTEXT_API_COUNT + 1, "a context lacks its word");
+static const char *const context_words[] = {"auto",         "glfw",   "egl", "egl-device", "egl-surfaceless",
+                                            "egl-software", "osmesa", NULL};
+_Static_assert(sizeof context_words / sizeof *context_words == KD_CONTEXT_API_COUNT + 1,
+               "a context lacks its word");
 
 const app_command_row app_commands[] = {
     {"run", APP_RUN, "SCENE", "render a scenario (.lua) or a model (.gltf, .glb)"},
@@ -34,8 +37,7 @@ const app_command_row app_commands[] = {
     {NULL, APP_HELP, NULL, NULL},
 };
 
-int app_find_word(const char *const *words, const char *word)
-{
+int app_find_word(const char *const *words, const char *word) {
     for (int i = 0; words[i]; i++)
         if (strcmp(words[i], word) == 0)
             return i;
@@ -44,33 +46,33 @@ int app_find_word(const char *const *words, const char *word)
 
 /* ---- readers ---- */
 
-static kd_status read_integer(const char *option, const char *text, int64_t min, int64_t max, int64_t *out)
-{
+static kd_status read_integer(const char *option, const char *text, int64_t min, int64_t max, int64_t *out) {
     char *end;
     errno = 0;
     long long value = strtoll(text, &end, 10);
     if (end == text || *end || errno || isspace((unsigned char)*text))
-        return kd_fail(KD_USAGE, "%s: '%s' is not a whole number; give one from %lld to %lld", option, text, (long long)min, (long long)max);
+        return kd_fail(KD_USAGE, "%s: '%s' is not a whole number; give one from %lld to %lld", option, text,
+                       (long long)min, (long long)max);
     if (value < min || value > max)
-        return kd_fail(KD_USAGE, "%s: %s is out of range; give a number from %lld to %lld", option, text, (long long)min, (long long)max);
+        return kd_fail(KD_USAGE, "%s: %s is out of range; give a number from %lld to %lld", option, text,
+                       (long long)min, (long long)max);
     *out = value;
     return KD_OK;
 }
 
-static kd_status read_real(const char *option, const char *text, double min, double max, double *out)
-{
+static kd_status read_real(const char *option, const char *text, double min, double max, double *out) {
     char *end;
     double value = strtod(text, &end);
     if (end == text || *end || !isfinite(value) || isspace((unsigned char)*text))
         return kd_fail(KD_USAGE, "%s: '%s' is not a number; give one from %g to %g", option, text, min, max);
     if (value < min || value > max)
-        return kd_fail(KD_USAGE, "%s: %s is out of range; give a number from %g to %g", option, text, min, max);
+        return kd_fail(KD_USAGE, "%s: %s is out of range; give a number from %g to %g", option, text, min,
+                       max);
     *out = value;
     return KD_OK;
 }
 
-static kd_status read_word(const char *option, const char *text, const char *const *words, int *out)
-{
+static kd_status read_word(const char *option, const char *text, const char *const *words, int *out) {
     char list[256] = "";
     *out = app_find_word(words, text);
     if (*out >= 0)
@@ -81,12 +83,12 @@ static kd_status read_word(const char *option, const char *text, const char *con
     }
     const char *near = kd_nearest_word(text, words);
     if (near)
-        return kd_fail(KD_USAGE, "%s: unknown word '%s'; did you mean '%s'? There are %s", option, text, near, list);
+        return kd_fail(KD_USAGE, "%s: unknown word '%s'; did you mean '%s'? There are %s", option, text, near,
+                       list);
     return kd_fail(KD_USAGE, "%s: unknown word '%s'; choose one of %s", option, text, list);
 }
 
-static kd_status read_path(const char *option, const char *text, const char **out)
-{
+static kd_status read_path(const char *option, const char *text, const char **out) {
     if (!*text)
         return kd_fail(KD_USAGE, "%s: the path is empty; give one", option);
     if (strlen(text) >= KD_PATH_MAX - 64)
@@ -95,53 +97,48 @@ static kd_status read_path(const char *option, const char *text, const char **ou
     return KD_OK;
 }
 
-static kd_status read_frames(app_options *o, const char *text)
-{
+static kd_status read_frames(app_options *o, const char *text) {
     return read_integer("--frames", text, 0, MAX_FRAMES, &o->frames);
 }
 
-static kd_status read_seconds(app_options *o, const char *text)
-{
+static kd_status read_seconds(app_options *o, const char *text) {
     return read_real("--seconds", text, 0, 1e6, &o->seconds);
 }
 
-static kd_status read_fps(app_options *o, const char *text)
-{
+static kd_status read_fps(app_options *o, const char *text) {
     return read_real("--fps", text, 0.001, 10000, &o->fps);
 }
 
-static kd_status read_size(app_options *o, const char *text)
-{
+static kd_status read_size(app_options *o, const char *text) {
     char *x, *end;
     long width = strtol(text, &x, 10), height = *x == 'x' ? strtol(x + 1, &end, 10) : 0;
     if (!isdigit((unsigned char)*text) || *x != 'x' || !isdigit((unsigned char)x[1]) || *end)
         return kd_fail(KD_USAGE, "--size: '%s' is not of the form WIDTHxHEIGHT; write it like 640x360", text);
     if (width < 1 || height < 1 || width > MAX_SIZE || height > MAX_SIZE)
-        return kd_fail(KD_USAGE, "--size: %s is out of range; each side may have 1 to %d pixels", text, MAX_SIZE);
+        return kd_fail(KD_USAGE, "--size: %s is out of range; each side may have 1 to %d pixels", text,
+                       MAX_SIZE);
     o->width = (uint32_t)width;
     o->height = (uint32_t)height;
     return KD_OK;
 }
 
-static kd_status read_seed(app_options *o, const char *text)
-{
+static kd_status read_seed(app_options *o, const char *text) {
     int64_t value = 0;
     kd_status status = read_integer("--seed", text, 0, INT64_MAX, &value);
     o->seed = (uint64_t)value;
     return status;
 }
 
-static kd_status read_threads(app_options *o, const char *text)
-{
+static kd_status read_threads(app_options *o, const char *text) {
     int64_t value = 0;
     kd_status status = read_integer("--threads", text, 0, KD_MAX_WORKERS, &value);
     o->threads = (uint32_t)value;
     return status;
 }
 
-/* Check the number in a path such as shot_%04d.png: one conversion, of an integer, at most nine digits wide. */
-static kd_status check_pattern(const char *path, bool *is_pattern)
-{
+/* Check the number in a path such as shot_%04d.png: one conversion, of an integer, at most nine digits wide.
+ */
+static kd_status check_pattern(const char *path, bool *is_pattern) {
     const char *percent = strchr(path, '%'), *p = percent ? percent + 1 : NULL;
     *is_pattern = percent != NULL;
     if (!percent)
@@ -155,8 +152,7 @@ static kd_status check_pattern(const char *path, bool *is_pattern)
     return KD_OK;
 }
 
-static kd_status read_out(app_options *o, const char *text)
-{
+static kd_status read_out(app_options *o, const char *text) {
     app_output output = {0};
     kd_status status = read_path("--out", text, &output.path);
     if (status == KD_OK)
@@ -181,48 +177,43 @@ static kd_status read_out(app_options *o, const char *text)
     return KD_OK;
 }
 
-static kd_status read_context(app_options *o, const char *text)
-{
+static kd_status read_context(app_options *o, const char *text) {
     int api = 0;
     kd_status status = read_word("--context", text, context_words, &api);
     o->context = (kd_context_api)api;
     return status;
 }
 
-static kd_status read_asset_root(app_options *o, const char *text)
-{
+static kd_status read_asset_root(app_options *o, const char *text) {
     return read_path("--asset-root", text, &o->roots[o->root_count++]);
 }
 
-static kd_status read_gi(app_options *o, const char *text)
-{
+static kd_status read_gi(app_options *o, const char *text) {
     return read_word("--gi", text, app_gi_words, &o->gi);
 }
 
-static kd_status read_view(app_options *o, const char *text)
-{
+static kd_status read_view(app_options *o, const char *text) {
     return read_word("--view", text, app_view_words, &o->view);
 }
 
-bool app_is_entity_field(const char *assignment)
-{
+bool app_is_entity_field(const char *assignment) {
     size_t key = strcspn(assignment, "="), dots = 0;
     for (size_t i = 0; i < key; i++)
         dots += assignment[i] == '.';
     return dots >= 2 && !kd_settings_find(assignment, key);
 }
 
-static kd_status read_set(app_options *o, const char *text)
-{
+static kd_status read_set(app_options *o, const char *text) {
     kd_settings scratch = kd_settings_defaults();
     if (!strchr(text, '=') || *text == '=')
-        return kd_fail(KD_USAGE, "--set: '%s' is not of the form KEY=VALUE; `kandil help settings` lists the keys", text);
+        return kd_fail(KD_USAGE,
+                       "--set: '%s' is not of the form KEY=VALUE; `kandil help settings` lists the keys",
+                       text);
     o->sets[o->set_count++] = text;
     return app_is_entity_field(text) ? KD_OK : kd_settings_set(&scratch, text);
 }
 
-static kd_status read_level(app_options *o, const char *text)
-{
+static kd_status read_level(app_options *o, const char *text) {
     static char assignment[32]; /* one command line a process */
     int64_t level = 0;
     kd_status status = read_integer("--level", text, 0, 15, &level);
@@ -232,42 +223,39 @@ static kd_status read_level(app_options *o, const char *text)
     return status;
 }
 
-static kd_status read_profile(app_options *o, const char *text)
-{
+static kd_status read_profile(app_options *o, const char *text) {
     o->profile = text;
     if (strcmp(text, "table") == 0)
         return KD_OK;
-    return kd_fail(KD_USAGE, "--profile: '%s' is not supported; 'table' prints a table, --stats FILE.json writes the same figures", text);
+    return kd_fail(
+        KD_USAGE,
+        "--profile: '%s' is not supported; 'table' prints a table, --stats FILE.json writes the same figures",
+        text);
 }
 
-static kd_status read_stats(app_options *o, const char *text)
-{
+static kd_status read_stats(app_options *o, const char *text) {
     return read_path("--stats", text, &o->stats);
 }
 
-static kd_status read_graph(app_options *o, const char *text)
-{
+static kd_status read_graph(app_options *o, const char *text) {
     if (!kd_path_has_extension(text, ".dot") && !kd_path_has_extension(text, ".svg"))
         return kd_fail(KD_USAGE, "--graph: %s: unknown kind of file; end the name in .dot or .svg", text);
     return read_path("--graph", text, &o->graph);
 }
 
-static kd_status read_window(app_options *o, const char *text)
-{
+static kd_status read_window(app_options *o, const char *text) {
     (void)text;
     o->window = true;
     return KD_OK;
 }
 
-static kd_status read_profile_sync(app_options *o, const char *text)
-{
+static kd_status read_profile_sync(app_options *o, const char *text) {
     (void)text;
     o->profile_sync = true;
     return KD_OK;
 }
 
-static kd_status read_quiet(app_options *o, const char *text)
-{
+static kd_status read_quiet(app_options *o, const char *text) {
     (void)text;
     o->quiet = true;
     return KD_OK;
@@ -275,21 +263,28 @@ static kd_status read_quiet(app_options *o, const char *text)
 
 const app_option_row app_run_options[] = {
     {"--frames", "N", read_frames, "number of frames; beats --seconds, which beats the scenario's"},
-    {"--seconds", "S", read_seconds, "length; default: the scenario's, else 4 (a model: 48 frames for films and patterns, else 1)"},
+    {"--seconds", "S", read_seconds,
+     "length; default: the scenario's, else 4 (a model: 48 frames for films and patterns, else 1)"},
     {"--fps", "F", read_fps, "simulation steps a second; default: the scenario's, else 30"},
     {"--size", "WxH", read_size, "size of the picture; default: the scenario's, else 640x360"},
     {"--seed", "N", read_seed, "seed of the scenario's math.random; default 0"},
-    {"--threads", "N", read_threads, "threads; 0, the default, takes one per processor. Never changes the result"},
-    {"--out", "PATH", read_out, "repeatable: .png, .exr (last frame; every frame with a number such as %04d), .mp4"},
+    {"--threads", "N", read_threads,
+     "threads; 0, the default, takes one per processor. Never changes the result"},
+    {"--out", "PATH", read_out,
+     "repeatable: .png, .exr (last frame; every frame with a number such as %04d), .mp4"},
     {"--context", "API", read_context, "auto, glfw, egl, egl-device, egl-surfaceless, egl-software, osmesa"},
     {"--window", NULL, read_window, "show a window; it is closed to end"},
-    {"--asset-root", "DIR", read_asset_root, "repeatable: a folder beside the scenario's own from which it may load"},
+    {"--asset-root", "DIR", read_asset_root,
+     "repeatable: a folder beside the scenario's own from which it may load"},
     {"--gi", "TECHNIQUE", read_gi, "indirect light: cones (default) or none"},
-    {"--set", "KEY=VALUE", read_set, "repeatable: a setting, or an entity's field such as lamp.light.intensity=5"},
-    {"--view", "VIEW", read_view, "final, direct, indirect, ao, specular, albedo, normal, depth, octree, light"},
+    {"--set", "KEY=VALUE", read_set,
+     "repeatable: a setting, or an entity's field such as lamp.light.intensity=5"},
+    {"--view", "VIEW", read_view,
+     "final, direct, indirect, ao, specular, albedo, normal, depth, octree, light"},
     {"--level", "L", read_level, "tree level that --view octree shows; default: the finest"},
     {"--profile", "table", read_profile, "print the time of every system at the end"},
-    {"--profile-sync", NULL, read_profile_sync, "finish each GPU system to time it; the default on software drivers"},
+    {"--profile-sync", NULL, read_profile_sync,
+     "finish each GPU system to time it; the default on software drivers"},
     {"--stats", "FILE.json", read_stats, "write scene, times, voxels and memory"},
     {"--graph", "FILE", read_graph, "write the frame's graph as .dot, or .svg through Graphviz"},
     {"--quiet", NULL, read_quiet, "print errors only"},
@@ -298,16 +293,14 @@ const app_option_row app_run_options[] = {
 
 /* ---- the command line ---- */
 
-static const app_option_row *find_option(const char *name, size_t length)
-{
+static const app_option_row *find_option(const char *name, size_t length) {
     for (const app_option_row *row = app_run_options; row->name; row++)
         if (strlen(row->name) == length && strncmp(row->name, name, length) == 0)
             return row;
     return NULL;
 }
 
-static kd_status fail_unknown_option(const char *name)
-{
+static kd_status fail_unknown_option(const char *name) {
     kd_nearest near = kd_nearest_to(name);
     for (const app_option_row *row = app_run_options; row->name; row++)
         kd_nearest_offer(&near, row->name);
@@ -317,8 +310,7 @@ static kd_status fail_unknown_option(const char *name)
 }
 
 /* Read the option at argv[*i], and its value behind '=' or in the next argument. */
-static kd_status read_option(app_options *out, int argc, char **argv, int *i)
-{
+static kd_status read_option(app_options *out, int argc, char **argv, int *i) {
     const char *argument = argv[*i], *equals = strchr(argument, '=');
     size_t length = equals ? (size_t)(equals - argument) : strlen(argument);
     const app_option_row *row = out->command == APP_RUN ? find_option(argument, length) : NULL;
@@ -327,7 +319,8 @@ static kd_status read_option(app_options *out, int argc, char **argv, int *i)
     if (!row)
         return fail_unknown_option(argument);
     if (!row->value)
-        return equals ? kd_fail(KD_USAGE, "%s takes no value; write it alone", row->name) : row->read(out, NULL);
+        return equals ? kd_fail(KD_USAGE, "%s takes no value; write it alone", row->name)
+                      : row->read(out, NULL);
     if (equals)
         return row->read(out, equals + 1);
     if (*i + 1 >= argc)
@@ -335,43 +328,40 @@ static kd_status read_option(app_options *out, int argc, char **argv, int *i)
     return row->read(out, argv[++*i]);
 }
 
-static kd_status read_subject(app_options *out, const app_command_row *row, const char *text)
-{
+static kd_status read_subject(app_options *out, const app_command_row *row, const char *text) {
     if (!row->subject)
         return kd_fail(KD_USAGE, "unexpected argument '%s'; `kandil %s` takes none", text, row->name);
     if (out->subject)
-        return kd_fail(KD_USAGE, "unexpected argument '%s' after '%s'; give one %s", text, out->subject, row->subject);
+        return kd_fail(KD_USAGE, "unexpected argument '%s' after '%s'; give one %s", text, out->subject,
+                       row->subject);
     out->subject = text;
     return KD_OK;
 }
 
-static const app_command_row *find_command(const char *name)
-{
+static const app_command_row *find_command(const char *name) {
     for (const app_command_row *row = app_commands; row->name; row++)
         if (strcmp(row->name, name) == 0)
             return row;
     return NULL;
 }
 
-static kd_status fail_unknown_command(const char *name)
-{
+static kd_status fail_unknown_command(const char *name) {
     kd_nearest near = kd_nearest_to(name);
     for (const app_command_row *row = app_commands; row->name; row++)
         kd_nearest_offer(&near, row->name);
     if (near.best)
         return kd_fail(KD_USAGE, "unknown command '%s'; did you mean '%s'?", name, near.best);
-    if (kd_path_has_extension(name, ".lua") || kd_path_has_extension(name, ".gltf") || kd_path_has_extension(name, ".glb"))
+    if (kd_path_has_extension(name, ".lua") || kd_path_has_extension(name, ".gltf") ||
+        kd_path_has_extension(name, ".glb"))
         return kd_fail(KD_USAGE, "unknown command '%s'; to render it write `kandil run %s`", name, name);
     return kd_fail(KD_USAGE, "unknown command '%s'; `kandil help` lists all", name);
 }
 
-static bool is_help(const char *text)
-{
+static bool is_help(const char *text) {
     return strcmp(text, "--help") == 0 || strcmp(text, "-h") == 0;
 }
 
-static kd_status read_arguments(app_options *out, const app_command_row *row, int argc, char **argv)
-{
+static kd_status read_arguments(app_options *out, const app_command_row *row, int argc, char **argv) {
     bool options_end = false;
     kd_status status = KD_OK;
     for (int i = 2; i < argc && status == KD_OK; i++) {
@@ -388,13 +378,13 @@ static kd_status read_arguments(app_options *out, const app_command_row *row, in
             status = read_subject(out, row, argv[i]);
     }
     if (status == KD_OK && row->subject && row->subject[0] != '[' && !out->subject)
-        return kd_fail(KD_USAGE, "%s needs a %s; write `kandil %s %s`", row->name, row->subject, row->name, row->subject);
+        return kd_fail(KD_USAGE, "%s needs a %s; write `kandil %s %s`", row->name, row->subject, row->name,
+                       row->subject);
     return status;
 }
 
 /* Every list has room for one entry an argument. */
-static kd_status make_lists(app_options *out, int argc)
-{
+static kd_status make_lists(app_options *out, int argc) {
     size_t count = (size_t)(argc > 0 ? argc : 0) + 1;
     char *memory = calloc(count, sizeof *out->outputs + 2 * sizeof *out->roots);
     if (!memory)
@@ -406,8 +396,7 @@ static kd_status make_lists(app_options *out, int argc)
     return KD_OK;
 }
 
-kd_status app_options_parse(int argc, char **argv, app_options *out)
-{
+kd_status app_options_parse(int argc, char **argv, app_options *out) {
     *out = (app_options){.command = APP_HELP, .frames = -1, .seconds = -1, .gi = -1, .view = -1};
     if (argc < 2)
         return kd_fail(KD_USAGE, "no command; `kandil help` lists all");
@@ -429,8 +418,7 @@ kd_status app_options_parse(int argc, char **argv, app_options *out)
     return status;
 }
 
-void app_options_fini(app_options *options)
-{
+void app_options_fini(app_options *options) {
     free(options->memory);
     options->memory = NULL;
     options->output_count = options->root_count = options->set_count = 0;

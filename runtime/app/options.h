@@ -1,7 +1,8 @@
 #ifndef KD_APP_OPTIONS_H
 #define KD_APP_OPTIONS_H
 
-/* The command line, checked. What was not said is told apart from what was, since a scenario may say it instead. */
+/* The command line, checked. What was not said is told apart from what was, since a scenario may say it
+ * instead. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -21,13 +22,13 @@ typedef struct app_output {
 
 typedef struct app_options {
     app_command command;
-    const char *subject; /* the scene, the file, or the topic of help; NULL */
-    int64_t frames;      /* -1: not said */
-    double seconds;      /* negative: not said */
-    double fps;          /* 0: not said */
+    const char *subject;    /* the scene, the file, or the topic of help; NULL */
+    int64_t frames;         /* -1: not said */
+    double seconds;         /* negative: not said */
+    double fps;             /* 0: not said */
     uint32_t width, height; /* 0: not said */
     uint64_t seed;
-    uint32_t threads;    /* 0: one per processor */
+    uint32_t threads; /* 0: one per processor */
     kd_context_api context;
     int gi, view;        /* kd_gi_technique, kd_view_mode; -1: not said */
     const char *profile; /* "table" or NULL */
@@ -36,8 +37,8 @@ typedef struct app_options {
     uint32_t output_count, root_count, set_count;
     app_output *outputs;
     const char **roots;
-    const char **sets;   /* "KEY=VALUE" as given; settings among them are checked already */
-    void *memory;        /* of the lists */
+    const char **sets; /* "KEY=VALUE" as given; settings among them are checked already */
+    void *memory;      /* of the lists */
 } app_options;
 
 /** Read the command line. Strings point into argv.

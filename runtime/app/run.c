@@ -31,8 +31,7 @@ typedef struct run {
 /* ---- before the frames ---- */
 
 /* Find out what would fail at the end. */
-static kd_status check_outputs(const app_options *o)
-{
+static kd_status check_outputs(const app_options *o) {
     kd_file_out probe;
     kd_status status = app_capture_check(o);
     if (status == KD_OK && o->stats) {
@@ -43,8 +42,7 @@ static kd_status check_outputs(const app_options *o)
     return status == KD_OK && o->graph ? app_graph_check(o->graph) : status;
 }
 
-static kd_status open_gpu(run *r)
-{
+static kd_status open_gpu(run *r) {
     return kd_gpu_open(
         &(kd_gpu_desc){
             .api = r->options->context,
@@ -59,21 +57,21 @@ static kd_status open_gpu(run *r)
 }
 
 /* Timing each system costs a little: only when someone will look. */
-static app_timing_mode timing_mode(const run *r)
-{
+static app_timing_mode timing_mode(const run *r) {
     if (!r->options->profile && !r->options->stats)
         return APP_TIMING_OFF;
-    return r->options->profile_sync || kd_gpu_get_info(r->gpu)->software ? APP_TIMING_SYNC : APP_TIMING_STAMPS;
+    return r->options->profile_sync || kd_gpu_get_info(r->gpu)->software ? APP_TIMING_SYNC
+                                                                         : APP_TIMING_STAMPS;
 }
 
-static kd_status open_schedule(run *r)
-{
+static kd_status open_schedule(run *r) {
     r->schedule = kd_schedule_make(r->world, r->jobs, r->gpu);
     if (!r->schedule)
         return kd_fail(KD_NO_MEMORY, "out of memory");
     kd_status status = app_import_systems(r->schedule);
     if (status == KD_OK)
-        status = app_capture_open(r->options, r->world, r->gpu, r->jobs, r->scene.width, r->scene.height, r->scene.fps, &r->capture);
+        status = app_capture_open(r->options, r->world, r->gpu, r->jobs, r->scene.width, r->scene.height,
+                                  r->scene.fps, &r->capture);
     if (status == KD_OK)
         status = app_capture_import(r->capture, r->schedule);
     if (status == KD_OK)
@@ -83,8 +81,7 @@ static kd_status open_schedule(run *r)
     return status;
 }
 
-static kd_status open_all(run *r)
-{
+static kd_status open_all(run *r) {
     kd_status status = check_outputs(r->options);
     if (status != KD_OK)
         return status;
@@ -102,8 +99,7 @@ static kd_status open_all(run *r)
 
 /* ---- the frames ---- */
 
-static kd_status run_frame(run *r, uint64_t index)
-{
+static kd_status run_frame(run *r, uint64_t index) {
     app_timing_frame_begin(&r->timing);
     kd_status status = app_scene_step(&r->scene, index);
     if (status != KD_OK)
@@ -118,8 +114,7 @@ static kd_status run_frame(run *r, uint64_t index)
     return status;
 }
 
-static void present(run *r)
-{
+static void present(run *r) {
     uint32_t width, height;
     const kd_picture *picture = kd_singleton(r->world, kd_picture);
     kd_gpu_window_size(r->gpu, &width, &height);
@@ -127,15 +122,13 @@ static void present(run *r)
     kd_gpu_window_present(r->gpu);
 }
 
-static bool wants_more(run *r, bool endless)
-{
+static bool wants_more(run *r, bool endless) {
     if (r->options->window && kd_gpu_window_should_close(r->gpu))
         return false;
     return endless || r->done < r->frame_count;
 }
 
-static kd_status run_frames(run *r)
-{
+static kd_status run_frames(run *r) {
     kd_status status = KD_OK;
     bool endless = r->options->window && r->options->frames < 0 && r->options->seconds < 0;
     while (status == KD_OK && wants_more(r, endless)) {
@@ -155,8 +148,7 @@ static kd_status run_frames(run *r)
 /* ---- after the frames ---- */
 
 /* An interrupted run keeps its frames and shows the last one; a failed run keeps the frames alone. */
-static kd_status finish(run *r, kd_status status)
-{
+static kd_status finish(run *r, kd_status status) {
     app_console_clear();
     bool last = r->done > 0 && (status == KD_OK || status == KD_INTERRUPTED);
     kd_status written = app_capture_finish(r->capture, last);
@@ -175,8 +167,7 @@ static kd_status finish(run *r, kd_status status)
     return status;
 }
 
-static void close_all(run *r)
-{
+static void close_all(run *r) {
     app_capture_close(r->capture);
     if (r->schedule)
         kd_schedule_destroy(r->schedule);
@@ -190,20 +181,21 @@ static void close_all(run *r)
         kd_jobs_destroy(r->jobs);
 }
 
-kd_status app_run(const app_options *options)
-{
+kd_status app_run(const app_options *options) {
     run r = {.options = options};
     app_interrupt_install();
     kd_status status = open_all(&r);
     if (status == KD_OK) {
         r.frame_count = app_scene_frames(&r.scene, options);
         if (options->graph && r.frame_count == 0 && !options->window)
-            status = kd_fail(KD_USAGE, "--graph: %s: the graph is known after a frame; render one at least", options->graph);
+            status = kd_fail(KD_USAGE, "--graph: %s: the graph is known after a frame; render one at least",
+                             options->graph);
         else
             status = finish(&r, run_frames(&r));
     }
     close_all(&r);
     if (status == KD_INTERRUPTED)
-        kd_log(KD_LOG_INFO, "interrupted after %llu frames; what was finished is kept", (unsigned long long)r.done);
+        kd_log(KD_LOG_INFO, "interrupted after %llu frames; what was finished is kept",
+               (unsigned long long)r.done);
     return status;
 }

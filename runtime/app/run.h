@@ -3,7 +3,8 @@
 
 #include "runtime/app/options.h"
 
-/** Do `kandil run`. Errors with a message; INTERRUPTED after Ctrl+C, with everything finished so far written */
+/** Do `kandil run`. Errors with a message; INTERRUPTED after Ctrl+C, with everything finished so far written
+ */
 kd_status app_run(const app_options *options);
 
 #endif

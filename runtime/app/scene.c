@@ -17,16 +17,14 @@
 
 /* ---- what was loaded ---- */
 
-const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key)
-{
+const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key) {
     for (uint32_t i = 0; i < scene->loaded_count; i++)
         if (strcmp(scene->loaded[i].key, key) == 0)
             return &scene->loaded[i];
     return NULL;
 }
 
-kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model)
-{
+kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model) {
     if (scene->loaded_count == scene->loaded_capacity) {
         uint32_t capacity = scene->loaded_capacity ? scene->loaded_capacity * 2 : 16;
         app_loaded *grown = realloc(scene->loaded, capacity * sizeof *grown);
@@ -42,8 +40,7 @@ kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model
     return KD_OK;
 }
 
-kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out)
-{
+kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out) {
     const app_loaded *known = app_scene_find_loaded(scene, path);
     if (known) {
         *out = known->model;
@@ -65,25 +62,25 @@ kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out)
 
 /* ---- what may be set ---- */
 
-bool app_may_write(const char *component, const char *field)
-{
+bool app_may_write(const char *component, const char *field) {
     static const char *const whole[] = {"transform", "light", "camera", "name", NULL};
-    static const char *const fields[] = {"animation.time_s",       "animation.speed",         "animation.loop",
-                                         "animation.paused",       "morph_weights.weights",   "mesh_instance.hidden",
-                                         "mesh_instance.no_shadow", "mesh_instance.no_voxels", NULL};
+    static const char *const fields[] = {
+        "animation.time_s",        "animation.speed",         "animation.loop",
+        "animation.paused",        "morph_weights.weights",   "mesh_instance.hidden",
+        "mesh_instance.no_shadow", "mesh_instance.no_voxels", NULL};
     size_t length = strlen(component);
     for (size_t i = 0; whole[i]; i++)
         if (strcmp(whole[i], component) == 0)
             return true;
     for (size_t i = 0; fields[i]; i++)
-        if (strncmp(fields[i], component, length) == 0 && fields[i][length] == '.' && strcmp(fields[i] + length + 1, field) == 0)
+        if (strncmp(fields[i], component, length) == 0 && fields[i][length] == '.' &&
+            strcmp(fields[i] + length + 1, field) == 0)
             return true;
     return false;
 }
 
 /* Apply NAME.component.field=VALUE. */
-static kd_status set_entity_field(kd_world *w, const char *assignment)
-{
+static kd_status set_entity_field(kd_world *w, const char *assignment) {
     kd_entity entity;
     kd_field_ref ref;
     size_t length = strcspn(assignment, "=");
@@ -101,8 +98,7 @@ static kd_status set_entity_field(kd_world *w, const char *assignment)
 
 /* ---- loading ---- */
 
-static void register_components(kd_world *w)
-{
+static void register_components(kd_world *w) {
     (void)KD_ID(w, kd_transform);
     (void)KD_ID(w, kd_local_matrix);
     (void)KD_ID(w, kd_world_transform);
@@ -114,10 +110,9 @@ static void register_components(kd_world *w)
     (void)KD_ID(w, kd_camera);
 }
 
-/* The command line is applied before loading, so that framing knows size and settings, and after it, since it has the
- * last word over a scenario; entities exist only then. */
-static kd_status apply_options(app_scene *scene, const app_options *o, bool loaded)
-{
+/* The command line is applied before loading, so that framing knows size and settings, and after it, since it
+ * has the last word over a scenario; entities exist only then. */
+static kd_status apply_options(app_scene *scene, const app_options *o, bool loaded) {
     kd_status status = KD_OK;
     if (o->width) {
         scene->width = o->width;
@@ -135,26 +130,31 @@ static kd_status apply_options(app_scene *scene, const app_options *o, bool load
     return status;
 }
 
-kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options)
-{
-    *scene = (app_scene){.world = world, .width = 640, .height = 360, .fps = 30, .seconds = -1, .settings = kd_settings_defaults()};
+kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options) {
+    *scene = (app_scene){.world = world,
+                         .width = 640,
+                         .height = 360,
+                         .fps = 30,
+                         .seconds = -1,
+                         .settings = kd_settings_defaults()};
     register_components(world);
     kd_status status = apply_options(scene, options, false);
     if (status != KD_OK)
         return status;
     if (kd_path_has_extension(options->subject, ".lua"))
         status = app_scene_load_script(scene, options);
-    else if (kd_path_has_extension(options->subject, ".gltf") || kd_path_has_extension(options->subject, ".glb"))
+    else if (kd_path_has_extension(options->subject, ".gltf") ||
+             kd_path_has_extension(options->subject, ".glb"))
         status = app_scene_load_model(scene, options->subject);
     else
-        status = kd_fail(KD_USAGE, "%s: unknown kind of scene; give a .lua, .gltf or .glb file", options->subject);
+        status =
+            kd_fail(KD_USAGE, "%s: unknown kind of scene; give a .lua, .gltf or .glb file", options->subject);
     if (status == KD_OK)
         status = apply_options(scene, options, true);
     return status;
 }
 
-uint64_t app_scene_frames(const app_scene *scene, const app_options *o)
-{
+uint64_t app_scene_frames(const app_scene *scene, const app_options *o) {
     double seconds = o->seconds >= 0 ? o->seconds : scene->seconds >= 0 ? scene->seconds : 4;
     if (o->frames >= 0)
         return (uint64_t)o->frames;
@@ -169,16 +169,14 @@ uint64_t app_scene_frames(const app_scene *scene, const app_options *o)
 
 /* ---- stepping ---- */
 
-static void turn(const app_scene *scene, double time_s)
-{
+static void turn(const app_scene *scene, double time_s) {
     kd_transform *t = kd_find_mut(scene->world, scene->turntable, kd_transform);
     double half = fmod(TURN_DEG_PER_S * time_s, 360.0) * 0.5 * 3.14159265358979323846 / 180.0;
     if (t)
         t->rotation = (kd_quat){0, (float)sin(half), 0, (float)cos(half)};
 }
 
-kd_status app_scene_step(app_scene *scene, uint64_t index)
-{
+kd_status app_scene_step(app_scene *scene, uint64_t index) {
     kd_frame *frame = kd_singleton(scene->world, kd_frame);
     double time_s = (double)index / scene->fps, dt_s = 1 / scene->fps;
     scene->started = true;
@@ -195,8 +193,7 @@ kd_status app_scene_step(app_scene *scene, uint64_t index)
     return scene->script ? kd_script_step(scene->script, time_s, dt_s) : KD_OK;
 }
 
-void app_scene_fini(app_scene *scene)
-{
+void app_scene_fini(app_scene *scene) {
     kd_script_destroy(scene->script);
     for (uint32_t i = 0; i < scene->loaded_count; i++)
         free(scene->loaded[i].key);

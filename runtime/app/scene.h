@@ -1,8 +1,8 @@
 #ifndef KD_APP_SCENE_H
 #define KD_APP_SCENE_H
 
-/* What is to be rendered and how: the world filled from a scenario or a model, and the figures that the scenario, the
- * command line or a default gave. */
+/* What is to be rendered and how: the world filled from a scenario or a model, and the figures that the
+ * scenario, the command line or a default gave. */
 
 #include "components/frame.h"
 #include "runtime/app/options.h"
@@ -33,7 +33,8 @@ typedef struct app_scene {
  *  Errors with one message */
 kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options);
 
-/** Bring the world to simulation step `index`: scenario, turntable, and what the systems know of the frame. */
+/** Bring the world to simulation step `index`: scenario, turntable, and what the systems know of the frame.
+ */
 kd_status app_scene_step(app_scene *scene, uint64_t index);
 
 /** Frames that the command line and the scenario ask for. */

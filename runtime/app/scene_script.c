@@ -9,8 +9,7 @@
 
 /* ---- host calls: what fails below logs its reason, which is caught and given to the scenario ---- */
 
-static kd_status set_scene(void *user, const kd_script_scene *said, kd_script_error *error)
-{
+static kd_status set_scene(void *user, const kd_script_scene *said, kd_script_error *error) {
     app_scene *scene = user;
     int gi = said->gi ? app_find_word(app_gi_words, said->gi) : (int)scene->gi;
     int view = said->view ? app_find_word(app_view_words, said->view) : (int)scene->view;
@@ -19,7 +18,8 @@ static kd_status set_scene(void *user, const kd_script_scene *said, kd_script_er
     else if (gi < 0)
         snprintf(error->text, sizeof error->text, "gi cannot be '%.64s'; choose cones or none", said->gi);
     else if (view < 0)
-        snprintf(error->text, sizeof error->text, "view cannot be '%.64s'; `kandil help run` lists the views", said->view);
+        snprintf(error->text, sizeof error->text, "view cannot be '%.64s'; `kandil help run` lists the views",
+                 said->view);
     if (error->text[0])
         return KD_SCRIPT;
     if (said->width) {
@@ -33,8 +33,7 @@ static kd_status set_scene(void *user, const kd_script_scene *said, kd_script_er
     return KD_OK;
 }
 
-static kd_status set_setting(void *user, const char *assignment, kd_script_error *error)
-{
+static kd_status set_setting(void *user, const char *assignment, kd_script_error *error) {
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
     kd_status status = kd_settings_set(&scene->settings, assignment);
@@ -42,8 +41,7 @@ static kd_status set_setting(void *user, const char *assignment, kd_script_error
     return status;
 }
 
-static kd_material_desc material_of(const kd_script_material *said)
-{
+static kd_material_desc material_of(const kd_script_material *said) {
     kd_material_desc m = kd_material_default();
     m.base_color = said->base_color;
     m.metallic = said->metallic;
@@ -54,24 +52,24 @@ static kd_material_desc material_of(const kd_script_material *said)
     return m;
 }
 
-static kd_shape shape_of(const char *word)
-{
+static kd_shape shape_of(const char *word) {
     static const char *const words[] = {"box", "sphere", "plane", "cylinder", "torus", NULL};
-    static const kd_shape shapes[] = {KD_SHAPE_BOX, KD_SHAPE_SPHERE, KD_SHAPE_PLANE, KD_SHAPE_CYLINDER, KD_SHAPE_TORUS};
+    static const kd_shape shapes[] = {KD_SHAPE_BOX, KD_SHAPE_SPHERE, KD_SHAPE_PLANE, KD_SHAPE_CYLINDER,
+                                      KD_SHAPE_TORUS};
     int i = app_find_word(words, word);
     return shapes[i < 0 ? 0 : i];
 }
 
 /* Register a shape with its material; equal ones share an entry, and so their mesh and its voxels. */
-static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, uint32_t *out)
-{
+static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, uint32_t *out) {
     char key[320];
     const kd_script_mesh *s = &spawn->mesh;
     const kd_script_material *m = &spawn->material;
-    snprintf(key, sizeof key, "mesh:%s %a %a %a %u : %a %a %a %a %a %a %a %a %a %d%d", s->shape, (double)s->size.x, (double)s->size.y,
-             (double)s->size.z, s->segments, (double)m->base_color.x, (double)m->base_color.y, (double)m->base_color.z,
-             (double)m->base_color.w, (double)m->metallic, (double)m->roughness, (double)m->emissive.x, (double)m->emissive.y,
-             (double)m->emissive.z, m->double_sided, m->unlit);
+    snprintf(key, sizeof key, "mesh:%s %a %a %a %u : %a %a %a %a %a %a %a %a %a %d%d", s->shape,
+             (double)s->size.x, (double)s->size.y, (double)s->size.z, s->segments, (double)m->base_color.x,
+             (double)m->base_color.y, (double)m->base_color.z, (double)m->base_color.w, (double)m->metallic,
+             (double)m->roughness, (double)m->emissive.x, (double)m->emissive.y, (double)m->emissive.z,
+             m->double_sided, m->unlit);
     const app_loaded *known = app_scene_find_loaded(scene, key);
     if (known) {
         *out = known->model;
@@ -90,8 +88,7 @@ static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, ui
     return app_scene_add_loaded(scene, key, *out);
 }
 
-static kd_status spawn_plain(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out)
-{
+static kd_status spawn_plain(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out) {
     kd_world *w = scene->world;
     *out = kd_spawn(w, KD_TAG(kd_transform), KD_TAG(kd_world_transform));
     if (!out->generation)
@@ -102,11 +99,11 @@ static kd_status spawn_plain(app_scene *scene, const kd_script_spawn *spawn, kd_
     return status;
 }
 
-static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out)
-{
+static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out) {
     uint32_t model;
     const char *name = spawn->name ? spawn->name : "";
-    kd_status status = spawn->model ? app_scene_model(scene, spawn->model, &model) : ensure_shape(scene, spawn, &model);
+    kd_status status =
+        spawn->model ? app_scene_model(scene, spawn->model, &model) : ensure_shape(scene, spawn, &model);
     if (status == KD_OK)
         status = kd_scene_instantiate(scene->world, model, spawn->parent, name, out);
     if (status == KD_OK && spawn->model && spawn->material.given) {
@@ -116,8 +113,7 @@ static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_
     return status;
 }
 
-static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error)
-{
+static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error) {
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
     bool plain = !spawn->model && !spawn->mesh.shape;
@@ -126,8 +122,7 @@ static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *
     return status;
 }
 
-static kd_status play(void *user, kd_entity entity, const kd_script_play *p, kd_script_error *error)
-{
+static kd_status play(void *user, kd_entity entity, const kd_script_play *p, kd_script_error *error) {
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
     kd_status status = kd_scene_play(scene->world, entity, p->clip, p->loop, p->speed, p->blend_s);
@@ -135,14 +130,12 @@ static kd_status play(void *user, kd_entity entity, const kd_script_play *p, kd_
     return status;
 }
 
-static bool may_write(void *user, const char *component, const char *field)
-{
+static bool may_write(void *user, const char *component, const char *field) {
     (void)user;
     return app_may_write(component, field);
 }
 
-kd_status app_scene_load_script(app_scene *scene, const app_options *options)
-{
+kd_status app_scene_load_script(app_scene *scene, const app_options *options) {
     return kd_script_load(
         &(kd_script_desc){
             .path = options->subject,
@@ -150,7 +143,12 @@ kd_status app_scene_load_script(app_scene *scene, const app_options *options)
             .root_count = options->root_count,
             .seed = options->seed,
             .world = scene->world,
-            .host = {.user = scene, .scene = set_scene, .set = set_setting, .spawn = spawn_any, .play = play, .may_write = may_write},
+            .host = {.user = scene,
+                     .scene = set_scene,
+                     .set = set_setting,
+                     .spawn = spawn_any,
+                     .play = play,
+                     .may_write = may_write},
         },
         &scene->script);
 }

@@ -7,12 +7,12 @@
 #include "runtime/core/clock.h"
 #include "runtime/core/log.h"
 
-#define MAX_SAMPLES 65536 /* of one system: later ones are left out, so that a long run needs no more memory */
+#define MAX_SAMPLES                                                                                          \
+    65536 /* of one system: later ones are left out, so that a long run needs no more memory */
 
 /* ---- samples ---- */
 
-static void add_sample(app_samples *s, double ms)
-{
+static void add_sample(app_samples *s, double ms) {
     if (s->count == s->capacity) {
         uint32_t capacity = s->capacity ? s->capacity * 2 : 128;
         float *grown = capacity <= MAX_SAMPLES ? realloc(s->ms, capacity * sizeof *grown) : NULL;
@@ -24,14 +24,12 @@ static void add_sample(app_samples *s, double ms)
     s->ms[s->count++] = (float)ms;
 }
 
-static int compare_floats(const void *a, const void *b)
-{
+static int compare_floats(const void *a, const void *b) {
     float x = *(const float *)a, y = *(const float *)b;
     return (x > y) - (x < y);
 }
 
-app_summary app_summarise(const app_samples *samples)
-{
+app_summary app_summarise(const app_samples *samples) {
     uint32_t n = samples->count;
     float *sorted = n ? malloc(n * sizeof *sorted) : NULL;
     if (!sorted)
@@ -46,18 +44,15 @@ app_summary app_summarise(const app_samples *samples)
 
 /* ---- hooks ---- */
 
-static bool on_gpu(const app_timing *t, uint32_t system)
-{
+static bool on_gpu(const app_timing *t, uint32_t system) {
     return kd_schedule_system(t->schedule, system)->where == KD_ON_GPU;
 }
 
-static bool has_slots(uint32_t system)
-{
+static bool has_slots(uint32_t system) {
     return system * 2 + 1 < KD_GPU_TIMER_SLOTS;
 }
 
-static void begin(void *user, uint32_t system, uint32_t worker)
-{
+static void begin(void *user, uint32_t system, uint32_t worker) {
     app_timing *t = user;
     (void)worker;
     if (on_gpu(t, system)) {
@@ -70,8 +65,7 @@ static void begin(void *user, uint32_t system, uint32_t worker)
     t->began_ns[system] = kd_clock_ns();
 }
 
-static void end(void *user, uint32_t system, uint32_t worker)
-{
+static void end(void *user, uint32_t system, uint32_t worker) {
     app_timing *t = user;
     const kd_system_desc *desc = kd_schedule_system(t->schedule, system);
     bool gpu = on_gpu(t, system);
@@ -93,8 +87,7 @@ static void end(void *user, uint32_t system, uint32_t worker)
 }
 
 /* One row a use: what a reader will do, and the barrier that makes writes visible to it. */
-static void barrier(void *user, kd_gpu *gpu, uint32_t uses)
-{
+static void barrier(void *user, kd_gpu *gpu, uint32_t uses) {
     static const struct {
         uint32_t uses, barriers;
     } rows[] = {
@@ -117,10 +110,11 @@ static void barrier(void *user, kd_gpu *gpu, uint32_t uses)
 
 /* ---- frames ---- */
 
-kd_status app_timing_open(app_timing *t, kd_schedule *s, kd_world *w, kd_gpu *gpu, kd_jobs *jobs, app_timing_mode mode)
-{
+kd_status app_timing_open(app_timing *t, kd_schedule *s, kd_world *w, kd_gpu *gpu, kd_jobs *jobs,
+                          app_timing_mode mode) {
     uint32_t count = kd_schedule_count(s);
-    *t = (app_timing){.schedule = s, .gpu = gpu, .mode = mode, .system_count = count, .newest_stamps = UINT64_MAX};
+    *t = (app_timing){
+        .schedule = s, .gpu = gpu, .mode = mode, .system_count = count, .newest_stamps = UINT64_MAX};
     t->moved = (kd_system_context){.world = w, .jobs = jobs};
     t->began_ns = calloc(count + 1, sizeof *t->began_ns);
     t->systems = calloc(count + 1, sizeof *t->systems);
@@ -131,14 +125,12 @@ kd_status app_timing_open(app_timing *t, kd_schedule *s, kd_world *w, kd_gpu *gp
     return KD_OK;
 }
 
-void app_timing_frame_begin(app_timing *t)
-{
+void app_timing_frame_begin(app_timing *t) {
     t->frame_began_ns = kd_clock_ns();
 }
 
 /* Add what the newest frame's timestamps say, once a frame. */
-static void take_stamps(app_timing *t)
-{
+static void take_stamps(app_timing *t) {
     uint64_t ns[KD_GPU_TIMER_SLOTS];
     uint64_t frame = kd_gpu_read_timestamps(t->gpu, ns, KD_GPU_TIMER_SLOTS);
     if (frame == UINT64_MAX || frame == t->newest_stamps)
@@ -149,15 +141,13 @@ static void take_stamps(app_timing *t)
             add_sample(&t->systems[i], (double)(ns[i * 2 + 1] - ns[i * 2]) * 1e-6);
 }
 
-void app_timing_frame_end(app_timing *t)
-{
+void app_timing_frame_end(app_timing *t) {
     if (t->mode == APP_TIMING_STAMPS)
         take_stamps(t);
     add_sample(&t->frames, (double)(kd_clock_ns() - t->frame_began_ns) * 1e-6);
 }
 
-void app_timing_close(app_timing *t)
-{
+void app_timing_close(app_timing *t) {
     for (uint32_t i = 0; t->systems && i < t->system_count; i++)
         free(t->systems[i].ms);
     free(t->systems);
@@ -167,15 +157,15 @@ void app_timing_close(app_timing *t)
     *t = (app_timing){0};
 }
 
-void app_timing_print(const app_timing *t)
-{
+void app_timing_print(const app_timing *t) {
     app_summary frame = app_summarise(&t->frames);
-    printf("%-22s %-15s %-5s %10s %10s %10s %10s\n", "system", "phase", "where", "median ms", "p95 ms", "max ms", "MB moved");
+    printf("%-22s %-15s %-5s %10s %10s %10s %10s\n", "system", "phase", "where", "median ms", "p95 ms",
+           "max ms", "MB moved");
     for (uint32_t i = 0; i < t->system_count; i++) {
         const kd_system_desc *d = kd_schedule_system(t->schedule, i);
         app_summary s = app_summarise(&t->systems[i]);
-        printf("%-22s %-15s %-5s %10.3f %10.3f %10.3f %10.1f\n", d->name, kd_phase_name(d->phase), d->where == KD_ON_GPU ? "gpu" : "cpu",
-               s.median, s.p95, s.max, (double)t->bytes[i] * 1e-6);
+        printf("%-22s %-15s %-5s %10.3f %10.3f %10.3f %10.1f\n", d->name, kd_phase_name(d->phase),
+               d->where == KD_ON_GPU ? "gpu" : "cpu", s.median, s.p95, s.max, (double)t->bytes[i] * 1e-6);
     }
     printf("%-22s %-15s %-5s %10.3f %10.3f %10.3f\n", "frame", "", "", frame.median, frame.p95, frame.max);
     printf("%u frames; GPU systems timed by %s\n", frame.count,

@@ -1,9 +1,9 @@
 #ifndef KD_APP_TIMING_H
 #define KD_APP_TIMING_H
 
-/* Time of every system and of the whole frame, by the hooks of the schedule. GPU systems are timed by pairs of timestamps
- * read some frames later, or, in sync mode, by finishing before and after and reading the CPU's clock: the only figure
- * that software drivers can be trusted with. */
+/* Time of every system and of the whole frame, by the hooks of the schedule. GPU systems are timed by pairs
+ * of timestamps read some frames later, or, in sync mode, by finishing before and after and reading the CPU's
+ * clock: the only figure that software drivers can be trusted with. */
 
 #include "runtime/ecs/system.h"
 #include "runtime/gpu/gpu.h"
@@ -30,16 +30,17 @@ typedef struct app_timing {
     kd_gpu *gpu;
     app_timing_mode mode;
     uint32_t system_count;
-    uint64_t *began_ns;    /* [system] */
-    app_samples *systems;  /* [system] */
-    uint64_t *bytes;       /* [system] moved in the last run */
+    uint64_t *began_ns;      /* [system] */
+    app_samples *systems;    /* [system] */
+    uint64_t *bytes;         /* [system] moved in the last run */
     kd_system_context moved; /* what bytes_moved is asked with */
     app_samples frames;
     uint64_t frame_began_ns, newest_stamps;
 } app_timing;
 
 /** Hook into a schedule whose systems are all registered. Errors NO_MEMORY */
-kd_status app_timing_open(app_timing *timing, kd_schedule *s, kd_world *w, kd_gpu *gpu, kd_jobs *jobs, app_timing_mode mode);
+kd_status app_timing_open(app_timing *timing, kd_schedule *s, kd_world *w, kd_gpu *gpu, kd_jobs *jobs,
+                          app_timing_mode mode);
 void app_timing_frame_begin(app_timing *timing);
 void app_timing_frame_end(app_timing *timing); /* after kd_gpu_end_frame */
 void app_timing_close(app_timing *timing);

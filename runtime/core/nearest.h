@@ -18,7 +18,8 @@ typedef struct kd_nearest {
 /** Start a search; `word` must outlive it. */
 kd_nearest kd_nearest_to(const char *word);
 
-/** Offer a candidate, which must outlive the search. The first among equals wins. Cost: product of the lengths */
+/** Offer a candidate, which must outlive the search. The first among equals wins. Cost: product of the
+ * lengths */
 void kd_nearest_offer(kd_nearest *near, const char *candidate);
 
 /** Search a NULL-terminated list. Returns one of its words, or NULL. */

@@ -1,6 +1,7 @@
-/* Entity handles: e:play, e:set, e:get, e:destroy, e:child, e:alive, e.name, and e.transform.position = {…}, which goes
- * through a second small userdata that stands for one component of one entity. A handle holds no pointer into the
- * world: the entity may be gone at any time, and then every use of it is an error that says so. */
+/* Entity handles: e:play, e:set, e:get, e:destroy, e:child, e:alive, e.name, and e.transform.position = {…},
+ * which goes through a second small userdata that stands for one component of one entity. A handle holds no
+ * pointer into the world: the entity may be gone at any time, and then every use of it is an error that says
+ * so. */
 #include "runtime/script/internal.h"
 
 #include <string.h>
@@ -15,8 +16,7 @@ typedef struct component_handle {
     kd_component_id component;
 } component_handle;
 
-void script_push_entity(lua_State *L, kd_entity e)
-{
+void script_push_entity(lua_State *L, kd_entity e) {
     if (e.generation == 0) {
         lua_pushnil(L);
         return;
@@ -26,8 +26,7 @@ void script_push_entity(lua_State *L, kd_entity e)
     luaL_setmetatable(L, ENTITY_TYPE);
 }
 
-kd_entity script_check_entity(lua_State *L, int index)
-{
+kd_entity script_check_entity(lua_State *L, int index) {
     kd_entity e = *(kd_entity *)luaL_checkudata(L, index, ENTITY_TYPE);
     if (!kd_alive(script_of(L)->world, e))
         luaL_error(L, "this entity was destroyed; keep no handle to it, or ask e:alive() first");
@@ -37,8 +36,7 @@ kd_entity script_check_entity(lua_State *L, int index)
 /* ---- components ---- */
 
 /* Find the component that an entity has by name; raises otherwise. */
-static kd_component_id find_component(lua_State *L, kd_entity e, const char *name)
-{
+static kd_component_id find_component(lua_State *L, kd_entity e, const char *name) {
     kd_world *w = script_of(L)->world;
     kd_component_id id = kd_component_find(w, name);
     if (id && kd_find_id(w, e, id))
@@ -54,8 +52,7 @@ static kd_component_id find_component(lua_State *L, kd_entity e, const char *nam
     return 0;
 }
 
-static void set_field(lua_State *L, kd_entity e, kd_component_id id, const char *field, int index)
-{
+static void set_field(lua_State *L, kd_entity e, kd_component_id id, const char *field, int index) {
     kd_world *w = script_of(L)->world;
     const kd_component_desc *desc = kd_component_info(w, id);
     char copy[1024]; /* changed aside, so that a value that is refused leaves nothing half written */
@@ -66,8 +63,7 @@ static void set_field(lua_State *L, kd_entity e, kd_component_id id, const char 
     memcpy(kd_find_mut_id(w, e, id), copy, desc->size);
 }
 
-static int component_index(lua_State *L)
-{
+static int component_index(lua_State *L) {
     component_handle *h = luaL_checkudata(L, 1, COMPONENT_TYPE);
     kd_world *w = script_of(L)->world;
     const void *value = kd_find_id(w, h->entity, h->component);
@@ -77,8 +73,7 @@ static int component_index(lua_State *L)
     return 1;
 }
 
-static int component_newindex(lua_State *L)
-{
+static int component_newindex(lua_State *L) {
     component_handle *h = luaL_checkudata(L, 1, COMPONENT_TYPE);
     if (!kd_find_id(script_of(L)->world, h->entity, h->component))
         return luaL_error(L, "this entity was destroyed; keep no handle to it, or ask e:alive() first");
@@ -89,8 +84,7 @@ static int component_newindex(lua_State *L)
 /* ---- methods ---- */
 
 /* Split "component.field"; returns the field and pushes the component's name. */
-static const char *split_path(lua_State *L, const char *path)
-{
+static const char *split_path(lua_State *L, const char *path) {
     const char *dot = strchr(path, '.');
     if (!dot || dot == path || !dot[1])
         luaL_error(L, "'%s' names no field; write component.field, such as transform.position", path);
@@ -98,8 +92,7 @@ static const char *split_path(lua_State *L, const char *path)
     return dot + 1;
 }
 
-static int entity_set(lua_State *L)
-{
+static int entity_set(lua_State *L) {
     kd_entity e = script_check_entity(L, 1);
     luaL_checkany(L, 3);
     const char *field = split_path(L, luaL_checkstring(L, 2));
@@ -108,8 +101,7 @@ static int entity_set(lua_State *L)
     return 1; /* so that calls can be chained */
 }
 
-static int entity_get(lua_State *L)
-{
+static int entity_get(lua_State *L) {
     kd_entity e = script_check_entity(L, 1);
     const char *field = split_path(L, luaL_checkstring(L, 2));
     kd_component_id id = find_component(L, e, lua_tostring(L, -1));
@@ -118,8 +110,7 @@ static int entity_get(lua_State *L)
     return 1;
 }
 
-static int entity_play(lua_State *L)
-{
+static int entity_play(lua_State *L) {
     kd_entity e = script_check_entity(L, 1);
     kd_script *script = script_of(L);
     kd_script_play play = {.clip = luaL_optstring(L, 2, NULL), .loop = true, .speed = 1};
@@ -138,22 +129,19 @@ static int entity_play(lua_State *L)
     return 1;
 }
 
-static int entity_destroy(lua_State *L)
-{
+static int entity_destroy(lua_State *L) {
     kd_destroy(script_of(L)->world, script_check_entity(L, 1));
     return 0;
 }
 
-static int entity_alive(lua_State *L)
-{
+static int entity_alive(lua_State *L) {
     kd_entity *e = luaL_checkudata(L, 1, ENTITY_TYPE);
     lua_pushboolean(L, kd_alive(script_of(L)->world, *e));
     return 1;
 }
 
 /* Find a descendant by name, parents before children, without recursion. */
-static kd_entity find_below(const kd_world *w, kd_entity root, const char *name)
-{
+static kd_entity find_below(const kd_world *w, kd_entity root, const char *name) {
     kd_entity e = kd_first_child(w, root);
     while (e.generation) {
         if (strcmp(kd_get_name(w, e), name) == 0)
@@ -169,8 +157,7 @@ static kd_entity find_below(const kd_world *w, kd_entity root, const char *name)
     return KD_NO_ENTITY;
 }
 
-static int entity_child(lua_State *L)
-{
+static int entity_child(lua_State *L) {
     kd_entity e = script_check_entity(L, 1);
     const char *name = luaL_checkstring(L, 2);
     kd_entity child = find_below(script_of(L)->world, e, name);
@@ -186,8 +173,7 @@ static const luaL_Reg methods[] = {
     {"child", entity_child}, {"alive", entity_alive}, {NULL, NULL},
 };
 
-static int entity_index(lua_State *L)
-{
+static int entity_index(lua_State *L) {
     const char *key = luaL_checkstring(L, 2);
     if (lua_getfield(L, lua_upvalueindex(1), key) != LUA_TNIL)
         return 1;
@@ -203,8 +189,7 @@ static int entity_index(lua_State *L)
     return 1;
 }
 
-static int entity_newindex(lua_State *L)
-{
+static int entity_newindex(lua_State *L) {
     kd_entity e = script_check_entity(L, 1);
     const char *key = luaL_checkstring(L, 2);
     kd_world *w = script_of(L)->world;
@@ -216,31 +201,29 @@ static int entity_newindex(lua_State *L)
     return luaL_error(L, "'%s' cannot be set as a whole; set a field, such as e.%s.position", key, key);
 }
 
-static int entity_equal(lua_State *L)
-{
+static int entity_equal(lua_State *L) {
     kd_entity *a = luaL_testudata(L, 1, ENTITY_TYPE), *b = luaL_testudata(L, 2, ENTITY_TYPE);
     lua_pushboolean(L, a && b && kd_entity_equal(*a, *b));
     return 1;
 }
 
-static int entity_text(lua_State *L)
-{
+static int entity_text(lua_State *L) {
     kd_entity *e = luaL_checkudata(L, 1, ENTITY_TYPE);
     lua_pushfstring(L, "entity %d '%s'", (int)e->index, kd_get_name(script_of(L)->world, *e));
     return 1;
 }
 
-static void protect(lua_State *L)
-{
+static void protect(lua_State *L) {
     lua_pushliteral(L, "protected");
     lua_setfield(L, -2, "__metatable");
     lua_pop(L, 1);
 }
 
-void script_entity_open(lua_State *L)
-{
-    static const luaL_Reg entity_meta[] = {{"__newindex", entity_newindex}, {"__eq", entity_equal}, {"__tostring", entity_text}, {NULL, NULL}};
-    static const luaL_Reg component_meta[] = {{"__index", component_index}, {"__newindex", component_newindex}, {NULL, NULL}};
+void script_entity_open(lua_State *L) {
+    static const luaL_Reg entity_meta[] = {
+        {"__newindex", entity_newindex}, {"__eq", entity_equal}, {"__tostring", entity_text}, {NULL, NULL}};
+    static const luaL_Reg component_meta[] = {
+        {"__index", component_index}, {"__newindex", component_newindex}, {NULL, NULL}};
     luaL_newmetatable(L, ENTITY_TYPE);
     luaL_setfuncs(L, entity_meta, 0);
     luaL_newlib(L, methods);

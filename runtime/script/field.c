@@ -8,25 +8,30 @@
 
 #define RAD_PER_DEG 0.017453292519943295
 
-static uint32_t float_count(kd_field_type type)
-{
+static uint32_t float_count(kd_field_type type) {
     switch (type) {
-    case KD_F32: return 1;
-    case KD_VEC2: return 2;
-    case KD_VEC3: case KD_COLOR: return 3;
-    case KD_VEC4: case KD_QUAT: return 4;
-    case KD_MAT4: return 16;
-    default: return 0;
+    case KD_F32:
+        return 1;
+    case KD_VEC2:
+        return 2;
+    case KD_VEC3:
+    case KD_COLOR:
+        return 3;
+    case KD_VEC4:
+    case KD_QUAT:
+        return 4;
+    case KD_MAT4:
+        return 16;
+    default:
+        return 0;
     }
 }
 
-static uint32_t element_count(const kd_field *field)
-{
+static uint32_t element_count(const kd_field *field) {
     return field->count > 1 ? field->count : 1;
 }
 
-const kd_field *script_find_field(const kd_component_desc *desc, const char *name)
-{
+const kd_field *script_find_field(const kd_component_desc *desc, const char *name) {
     for (uint32_t i = 0; i < desc->field_count; i++)
         if (strcmp(desc->fields[i].name, name) == 0)
             return &desc->fields[i];
@@ -34,8 +39,7 @@ const kd_field *script_find_field(const kd_component_desc *desc, const char *nam
 }
 
 /* "fov_y_deg" finds the field "fov_y" when that is an angle. */
-static const kd_field *find_degrees(const kd_component_desc *desc, const char *name)
-{
+static const kd_field *find_degrees(const kd_component_desc *desc, const char *name) {
     size_t length = strlen(name);
     if (length < 5 || strcmp(name + length - 4, "_deg") != 0)
         return NULL;
@@ -48,13 +52,11 @@ static const kd_field *find_degrees(const kd_component_desc *desc, const char *n
     return NULL;
 }
 
-static bool is_pose(const kd_component_desc *desc)
-{
+static bool is_pose(const kd_component_desc *desc) {
     return strcmp(desc->name, "transform") == 0;
 }
 
-static _Noreturn void unknown_field(lua_State *L, const kd_component_desc *desc, const char *name)
-{
+static _Noreturn void unknown_field(lua_State *L, const kd_component_desc *desc, const char *name) {
     kd_nearest near = kd_nearest_to(name);
     for (uint32_t i = 0; i < desc->field_count; i++) {
         kd_nearest_offer(&near, desc->fields[i].name);
@@ -70,8 +72,7 @@ static _Noreturn void unknown_field(lua_State *L, const kd_component_desc *desc,
 
 /* ---- to Lua ---- */
 
-static void push_floats(lua_State *L, const float *values, uint32_t count)
-{
+static void push_floats(lua_State *L, const float *values, uint32_t count) {
     lua_createtable(L, (int)count, 0);
     for (uint32_t i = 0; i < count; i++) {
         lua_pushnumber(L, (lua_Number)values[i]);
@@ -79,8 +80,7 @@ static void push_floats(lua_State *L, const float *values, uint32_t count)
     }
 }
 
-static void push_enum(lua_State *L, const kd_field *field, uint32_t value)
-{
+static void push_enum(lua_State *L, const kd_field *field, uint32_t value) {
     for (uint32_t i = 0; field->enum_names && field->enum_names[i]; i++) {
         if (i == value) {
             lua_pushstring(L, field->enum_names[i]);
@@ -90,8 +90,7 @@ static void push_enum(lua_State *L, const kd_field *field, uint32_t value)
     lua_pushinteger(L, (lua_Integer)value);
 }
 
-static void push_element(lua_State *L, const kd_field *field, const void *at)
-{
+static void push_element(lua_State *L, const kd_field *field, const void *at) {
     float floats[16];
     int32_t i32;
     uint32_t u32, count = float_count(field->type);
@@ -105,18 +104,35 @@ static void push_element(lua_State *L, const kd_field *field, const void *at)
         return;
     }
     switch (field->type) {
-    case KD_BOOL: lua_pushboolean(L, *(const uint8_t *)at != 0); return;
-    case KD_I32: memcpy(&i32, at, sizeof i32); lua_pushinteger(L, (lua_Integer)i32); return;
-    case KD_U32: memcpy(&u32, at, sizeof u32); lua_pushinteger(L, (lua_Integer)u32); return;
-    case KD_ENUM: memcpy(&u32, at, sizeof u32); push_enum(L, field, u32); return;
-    case KD_ENTITY: memcpy(&entity, at, sizeof entity); script_push_entity(L, entity); return;
-    case KD_STRING: lua_pushstring(L, at); return;
-    default: lua_pushnil(L); return;
+    case KD_BOOL:
+        lua_pushboolean(L, *(const uint8_t *)at != 0);
+        return;
+    case KD_I32:
+        memcpy(&i32, at, sizeof i32);
+        lua_pushinteger(L, (lua_Integer)i32);
+        return;
+    case KD_U32:
+        memcpy(&u32, at, sizeof u32);
+        lua_pushinteger(L, (lua_Integer)u32);
+        return;
+    case KD_ENUM:
+        memcpy(&u32, at, sizeof u32);
+        push_enum(L, field, u32);
+        return;
+    case KD_ENTITY:
+        memcpy(&entity, at, sizeof entity);
+        script_push_entity(L, entity);
+        return;
+    case KD_STRING:
+        lua_pushstring(L, at);
+        return;
+    default:
+        lua_pushnil(L);
+        return;
     }
 }
 
-void script_push_field(lua_State *L, const kd_component_desc *desc, const char *name, const void *value)
-{
+void script_push_field(lua_State *L, const kd_component_desc *desc, const char *name, const void *value) {
     const kd_field *field = script_find_field(desc, name), *degrees = field ? NULL : find_degrees(desc, name);
     if (degrees) {
         float radians;
@@ -148,8 +164,7 @@ void script_push_field(lua_State *L, const kd_component_desc *desc, const char *
 
 /* ---- from Lua ---- */
 
-static double read_number(lua_State *L, int index, const char *what, const kd_field *field)
-{
+static double read_number(lua_State *L, int index, const char *what, const kd_field *field) {
     if (lua_type(L, index) != LUA_TNUMBER)
         luaL_error(L, "%s must be a number, not a %s; correct it", what, luaL_typename(L, index));
     double value = lua_tonumber(L, index);
@@ -157,19 +172,18 @@ static double read_number(lua_State *L, int index, const char *what, const kd_fi
     return value;
 }
 
-static void read_integer(lua_State *L, int index, const char *what, const kd_field *field, void *at)
-{
+static void read_integer(lua_State *L, int index, const char *what, const kd_field *field, void *at) {
     double value = read_number(L, index, what, field);
     bool is_signed = field->type == KD_I32;
-    if (value != floor(value) || value < (is_signed ? (double)INT32_MIN : 0.0) || value > (is_signed ? (double)INT32_MAX : (double)UINT32_MAX))
+    if (value != floor(value) || value < (is_signed ? (double)INT32_MIN : 0.0) ||
+        value > (is_signed ? (double)INT32_MAX : (double)UINT32_MAX))
         luaL_error(L, "%s is %f; it must be a whole number that fits", what, value);
     int32_t i32 = is_signed ? (int32_t)value : 0;
     uint32_t u32 = is_signed ? 0 : (uint32_t)value;
     memcpy(at, is_signed ? (const void *)&i32 : (const void *)&u32, sizeof u32);
 }
 
-static void read_enum(lua_State *L, int index, const char *what, const kd_field *field, void *at)
-{
+static void read_enum(lua_State *L, int index, const char *what, const kd_field *field, void *at) {
     if (lua_type(L, index) != LUA_TSTRING)
         luaL_error(L, "%s must be a word in quotes, not a %s; correct it", what, luaL_typename(L, index));
     const char *word = lua_tostring(L, index);
@@ -189,8 +203,7 @@ static void read_enum(lua_State *L, int index, const char *what, const kd_field 
     luaL_error(L, "%s cannot be '%s'; choose one of: %s", what, word, lua_tostring(L, -1));
 }
 
-static void read_quaternion(lua_State *L, int index, const char *what, float *q)
-{
+static void read_quaternion(lua_State *L, int index, const char *what, float *q) {
     script_read_floats(L, index, what, q, 4);
     float length = sqrtf(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(length > 1e-6f && isfinite(length)))
@@ -199,8 +212,7 @@ static void read_quaternion(lua_State *L, int index, const char *what, float *q)
         q[i] /= length;
 }
 
-static void read_string(lua_State *L, int index, const char *what, const kd_field *field, char *at)
-{
+static void read_string(lua_State *L, int index, const char *what, const kd_field *field, char *at) {
     size_t size;
     const char *text = lua_type(L, index) == LUA_TSTRING ? lua_tolstring(L, index, &size) : NULL;
     if (!text)
@@ -211,8 +223,7 @@ static void read_string(lua_State *L, int index, const char *what, const kd_fiel
         memcpy(at, text, size + 1);
 }
 
-static void read_floats(lua_State *L, int index, const char *what, const kd_field *field, void *at)
-{
+static void read_floats(lua_State *L, int index, const char *what, const kd_field *field, void *at) {
     float floats[16];
     uint32_t count = float_count(field->type);
     if (field->type == KD_QUAT)
@@ -226,28 +237,35 @@ static void read_floats(lua_State *L, int index, const char *what, const kd_fiel
     memcpy(at, floats, count * sizeof *floats);
 }
 
-static void read_element(lua_State *L, int index, const char *what, const kd_field *field, void *at)
-{
+static void read_element(lua_State *L, int index, const char *what, const kd_field *field, void *at) {
     switch (field->type) {
     case KD_BOOL:
         if (!lua_isboolean(L, index))
             luaL_error(L, "%s must be true or false, not a %s; correct it", what, luaL_typename(L, index));
         *(uint8_t *)at = lua_toboolean(L, index) ? 1 : 0;
         return;
-    case KD_I32: case KD_U32: read_integer(L, index, what, field, at); return;
-    case KD_ENUM: read_enum(L, index, what, field, at); return;
-    case KD_STRING: read_string(L, index, what, field, at); return;
+    case KD_I32:
+    case KD_U32:
+        read_integer(L, index, what, field, at);
+        return;
+    case KD_ENUM:
+        read_enum(L, index, what, field, at);
+        return;
+    case KD_STRING:
+        read_string(L, index, what, field, at);
+        return;
     case KD_ENTITY: {
         kd_entity entity = script_check_entity(L, index);
         memcpy(at, &entity, sizeof entity);
         return;
     }
-    default: read_floats(L, index, what, field, at); return;
+    default:
+        read_floats(L, index, what, field, at);
+        return;
     }
 }
 
-static void read_array(lua_State *L, int index, const char *what, const kd_field *field, char *at)
-{
+static void read_array(lua_State *L, int index, const char *what, const kd_field *field, char *at) {
     if (!lua_istable(L, index) || lua_rawlen(L, index) > field->count)
         luaL_error(L, "%s must be a list of at most %d entries; correct it", what, (int)field->count);
     uint32_t stride = field->size / field->count, count = (uint32_t)lua_rawlen(L, index);
@@ -259,11 +277,12 @@ static void read_array(lua_State *L, int index, const char *what, const kd_field
 }
 
 /* What a transform understands beside its fields; false when `name` is none of it. */
-static bool read_pose(lua_State *L, int index, const char *what, const kd_component_desc *desc, const char *name, void *value)
-{
+static bool read_pose(lua_State *L, int index, const char *what, const kd_component_desc *desc,
+                      const char *name, void *value) {
     kd_vec3 v, position;
     bool looks = strcmp(name, "look_at") == 0;
-    const kd_field *rotation = script_find_field(desc, "rotation"), *place = script_find_field(desc, "position");
+    const kd_field *rotation = script_find_field(desc, "rotation"),
+                   *place = script_find_field(desc, "position");
     if (!is_pose(desc) || !rotation || !place || (!looks && strcmp(name, "rotation_deg") != 0))
         return false;
     script_read_floats(L, index, what, &v.x, 3);
@@ -273,15 +292,16 @@ static bool read_pose(lua_State *L, int index, const char *what, const kd_compon
     return true;
 }
 
-void script_read_field(lua_State *L, int index, const kd_component_desc *desc, const char *name, void *value)
-{
+void script_read_field(lua_State *L, int index, const kd_component_desc *desc, const char *name,
+                       void *value) {
     int top = lua_gettop(L);
     index = lua_absindex(L, index);
     luaL_checkstack(L, 8, "a nested value");
     const kd_script_host *host = &script_of(L)->host;
     const char *what = lua_pushfstring(L, "%s.%s", desc->name, name);
     const kd_field *field = script_find_field(desc, name), *degrees = field ? NULL : find_degrees(desc, name);
-    if ((field || degrees) && host->may_write && !host->may_write(host->user, desc->name, (field ? field : degrees)->name))
+    if ((field || degrees) && host->may_write &&
+        !host->may_write(host->user, desc->name, (field ? field : degrees)->name))
         luaL_error(L, "%s is the runtime's own and cannot be set; read it only", what);
     if (degrees) {
         kd_field in_degrees = *degrees;
@@ -300,16 +320,17 @@ void script_read_field(lua_State *L, int index, const kd_component_desc *desc, c
     lua_settop(L, top);
 }
 
-void script_read_component(lua_State *L, int index, const kd_component_desc *desc, void *value)
-{
+void script_read_component(lua_State *L, int index, const kd_component_desc *desc, void *value) {
     index = lua_absindex(L, index);
     if (!lua_istable(L, index))
-        luaL_error(L, "%s must be a table of its fields, not a %s; write %s = { … }", desc->name, luaL_typename(L, index), desc->name);
+        luaL_error(L, "%s must be a table of its fields, not a %s; write %s = { … }", desc->name,
+                   luaL_typename(L, index), desc->name);
     /* look_at needs the position, whatever order the table has: it is read in a second turn. */
     for (int turn = 0; turn < 2; turn++) {
         for (lua_pushnil(L); lua_next(L, index); lua_pop(L, 1)) {
             if (lua_type(L, -2) != LUA_TSTRING)
-                luaL_error(L, "%s: entries without a name are not allowed here; write key = value", desc->name);
+                luaL_error(L, "%s: entries without a name are not allowed here; write key = value",
+                           desc->name);
             const char *key = lua_tostring(L, -2);
             if ((strcmp(key, "look_at") == 0) == (turn == 1))
                 script_read_field(L, -1, desc, key, value);

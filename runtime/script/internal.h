@@ -1,8 +1,8 @@
 #ifndef KD_SCRIPT_INTERNAL_H
 #define KD_SCRIPT_INTERNAL_H
 
-/* Shared by the files of the script layer. Functions that take a lua_State may raise a Lua error and hold nothing that a
- * long jump would leak. */
+/* Shared by the files of the script layer. Functions that take a lua_State may raise a Lua error and hold
+ * nothing that a long jump would leak. */
 
 #include <lauxlib.h>
 #include <lua.h>
@@ -31,18 +31,17 @@ struct kd_script {
     script_budget budget;
     uint64_t instruction_limit;
     uint64_t time_limit_ns;
-    int update; /* registry reference, LUA_NOREF */
+    int update;           /* registry reference, LUA_NOREF */
     script_event *events; /* latest first, so that the next one is the last */
     uint32_t event_count, event_capacity;
     bool scene_said;
     char path[KD_PATH_MAX];
-    char chunk[64]; /* its name inside Lua, which cuts longer ones */
+    char chunk[64];             /* its name inside Lua, which cuts longer ones */
     char (*roots)[KD_PATH_MAX]; /* the scenario's folder first */
     uint32_t root_count;
 };
 
-static inline kd_script *script_of(lua_State *L)
-{
+static inline kd_script *script_of(lua_State *L) {
     return *(kd_script **)lua_getextraspace(L);
 }
 
@@ -62,12 +61,15 @@ void script_check_keys(lua_State *L, int table, const char *what, const char *co
 _Noreturn void script_unknown(lua_State *L, const char *what, const char *word, const char *best);
 /** Raise unless the value is finite and, when min and max differ, lies between them. */
 void script_check_range(lua_State *L, const char *what, double value, double min, double max);
-double script_get_number(lua_State *L, int table, const char *what, const char *key, double fallback, double min, double max);
+double script_get_number(lua_State *L, int table, const char *what, const char *key, double fallback,
+                         double min, double max);
 bool script_get_bool(lua_State *L, int table, const char *what, const char *key, bool fallback);
-const char *script_get_string(lua_State *L, int table, const char *what, const char *key); /* NULL when absent */
+const char *script_get_string(lua_State *L, int table, const char *what,
+                              const char *key); /* NULL when absent */
 /** Read `count` numbers from the list at `index` (of the stack). */
 void script_read_floats(lua_State *L, int index, const char *what, float *out, uint32_t count);
-bool script_get_floats(lua_State *L, int table, const char *what, const char *key, float *out, uint32_t count);
+bool script_get_floats(lua_State *L, int table, const char *what, const char *key, float *out,
+                       uint32_t count);
 
 /* ---- field.c: component values through reflection ---- */
 const kd_field *script_find_field(const kd_component_desc *desc, const char *name);
@@ -78,9 +80,10 @@ void script_read_field(lua_State *L, int index, const kd_component_desc *desc, c
 void script_read_component(lua_State *L, int index, const kd_component_desc *desc, void *value);
 
 /* ---- pose.c: rotations that scenarios write ---- */
-kd_quat script_rotation_from_deg(kd_vec3 deg);  /* about x, then y, then z, fixed axes */
+kd_quat script_rotation_from_deg(kd_vec3 deg); /* about x, then y, then z, fixed axes */
 kd_vec3 script_rotation_to_deg(kd_quat q);
-kd_quat script_look_at(kd_vec3 from, kd_vec3 to); /* -Z towards the target, +Y up; equal points: no rotation */
+kd_quat script_look_at(kd_vec3 from,
+                       kd_vec3 to); /* -Z towards the target, +Y up; equal points: no rotation */
 
 /* ---- entity.c: entity handles ---- */
 void script_entity_open(lua_State *L);

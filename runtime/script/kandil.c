@@ -1,4 +1,5 @@
-/* The table `kandil` of a scenario. Its functions cannot be replaced; `kandil.update` alone is the scenario's to set. */
+/* The table `kandil` of a scenario. Its functions cannot be replaced; `kandil.update` alone is the scenario's
+ * to set. */
 #include "runtime/script/internal.h"
 
 #include <float.h>
@@ -13,8 +14,7 @@
 
 /* ---- kandil.scene ---- */
 
-static void set_setting(lua_State *L, const char *key, int value)
-{
+static void set_setting(lua_State *L, const char *key, int value) {
     kd_script *script = script_of(L);
     kd_script_error error = {""};
     if (lua_isboolean(L, value))
@@ -22,15 +22,16 @@ static void set_setting(lua_State *L, const char *key, int value)
     else if (lua_isnumber(L, value) || lua_isstring(L, value))
         lua_pushfstring(L, "%s=%s", key, luaL_tolstring(L, value, NULL));
     else
-        luaL_error(L, "settings.%s must be a number, a word, true or false, not a %s; correct it", key, luaL_typename(L, value));
-    kd_status status = script->host.set ? script->host.set(script->host.user, lua_tostring(L, -1), &error) : KD_UNSUPPORTED;
+        luaL_error(L, "settings.%s must be a number, a word, true or false, not a %s; correct it", key,
+                   luaL_typename(L, value));
+    kd_status status =
+        script->host.set ? script->host.set(script->host.user, lua_tostring(L, -1), &error) : KD_UNSUPPORTED;
     if (status != KD_OK)
         luaL_error(L, "settings: %s", error.text);
 }
 
 /* Set what the table at `table` says: { ["voxels.span"] = 0.05 } or { voxels = { span = 0.05 } }. */
-static void read_settings(lua_State *L, int table, const char *group)
-{
+static void read_settings(lua_State *L, int table, const char *group) {
     luaL_checkstack(L, 8, "settings");
     for (lua_pushnil(L); lua_next(L, table);) {
         int top = lua_gettop(L);
@@ -47,22 +48,23 @@ static void read_settings(lua_State *L, int table, const char *group)
     }
 }
 
-static void read_size(lua_State *L, kd_script_scene *scene)
-{
+static void read_size(lua_State *L, kd_script_scene *scene) {
     float size[2];
     if (!script_get_floats(L, 1, "kandil.scene", "size", size, 2))
         return;
     for (int i = 0; i < 2; i++)
         if (size[i] < 1 || size[i] > 16384 || size[i] != floorf(size[i]))
-            luaL_error(L, "kandil.scene.size[%d] must be a whole number from 1 to 16384, not %f; correct it", i + 1, (double)size[i]);
+            luaL_error(L, "kandil.scene.size[%d] must be a whole number from 1 to 16384, not %f; correct it",
+                       i + 1, (double)size[i]);
     scene->width = (uint32_t)size[0];
     scene->height = (uint32_t)size[1];
 }
 
-static int kandil_scene(lua_State *L)
-{
-    static const char *const keys[] = {"size", "fps", "seconds", "gi", "view", "settings", "exposure_ev", "ambient", NULL};
-    static const char *const shortcuts[][2] = {{"exposure_ev", "view.exposure_ev"}, {"ambient", "light.ambient"}};
+static int kandil_scene(lua_State *L) {
+    static const char *const keys[] = {"size",     "fps",         "seconds", "gi", "view",
+                                       "settings", "exposure_ev", "ambient", NULL};
+    static const char *const shortcuts[][2] = {{"exposure_ev", "view.exposure_ev"},
+                                               {"ambient", "light.ambient"}};
     kd_script *script = script_of(L);
     kd_script_scene scene = {0};
     kd_script_error error = {""};
@@ -82,7 +84,8 @@ static int kandil_scene(lua_State *L)
     if (lua_getfield(L, 1, "settings") == LUA_TTABLE)
         read_settings(L, 2, NULL);
     else if (!lua_isnil(L, 2))
-        return luaL_error(L, "kandil.scene.settings must be a table, not a %s; correct it", luaL_typename(L, 2));
+        return luaL_error(L, "kandil.scene.settings must be a table, not a %s; correct it",
+                          luaL_typename(L, 2));
     if (script->host.scene && script->host.scene(script->host.user, &scene, &error) != KD_OK)
         return luaL_error(L, "kandil.scene: %s", error.text);
     return 0;
@@ -90,8 +93,7 @@ static int kandil_scene(lua_State *L)
 
 /* ---- kandil.at ---- */
 
-static bool grow_events(kd_script *script)
-{
+static bool grow_events(kd_script *script) {
     uint32_t capacity = script->event_capacity ? script->event_capacity * 2 : 16;
     script_event *events = realloc(script->events, capacity * sizeof *events);
     if (!events)
@@ -101,8 +103,7 @@ static bool grow_events(kd_script *script)
     return true;
 }
 
-static int kandil_at(lua_State *L)
-{
+static int kandil_at(lua_State *L) {
     kd_script *script = script_of(L);
     double time_s = luaL_checknumber(L, 1);
     luaL_checktype(L, 2, LUA_TFUNCTION);
@@ -115,7 +116,8 @@ static int kandil_at(lua_State *L)
     lua_settop(L, 2);
     int function = luaL_ref(L, LUA_REGISTRYINDEX);
     uint32_t at = script->event_count++;
-    for (; at > 0 && script->events[at - 1].time_s <= time_s; at--) /* among equals the first said runs first */
+    for (; at > 0 && script->events[at - 1].time_s <= time_s;
+         at--) /* among equals the first said runs first */
         script->events[at] = script->events[at - 1];
     script->events[at] = (script_event){time_s, function};
     script_charge(L, (int64_t)(script->event_count - at) / 4);
@@ -124,8 +126,7 @@ static int kandil_at(lua_State *L)
 
 /* ---- the rest ---- */
 
-static int kandil_log(lua_State *L)
-{
+static int kandil_log(lua_State *L) {
     luaL_checkany(L, 1);
     lua_getglobal(L, "print");
     lua_insert(L, 1);
@@ -133,8 +134,7 @@ static int kandil_log(lua_State *L)
     return 0;
 }
 
-static int kandil_spawn(lua_State *L)
-{
+static int kandil_spawn(lua_State *L) {
     script_charge(L, 500); /* it costs far more than an instruction: 100000 in one call are enough */
     return script_spawn(L);
 }
@@ -143,8 +143,7 @@ static const luaL_Reg functions[] = {
     {"scene", kandil_scene}, {"spawn", kandil_spawn}, {"at", kandil_at}, {"log", kandil_log}, {NULL, NULL},
 };
 
-static _Noreturn void unknown_member(lua_State *L, const char *key)
-{
+static _Noreturn void unknown_member(lua_State *L, const char *key) {
     kd_nearest near = kd_nearest_to(key);
     for (const luaL_Reg *f = functions; f->name; f++)
         kd_nearest_offer(&near, f->name);
@@ -156,8 +155,7 @@ static _Noreturn void unknown_member(lua_State *L, const char *key)
         ; /* luaL_error never returns, but is not declared so */
 }
 
-static int kandil_index(lua_State *L)
-{
+static int kandil_index(lua_State *L) {
     const char *key = luaL_checkstring(L, 2);
     if (strcmp(key, "update") == 0) {
         lua_rawgeti(L, LUA_REGISTRYINDEX, script_of(L)->update);
@@ -166,14 +164,15 @@ static int kandil_index(lua_State *L)
     unknown_member(L, key);
 }
 
-static int kandil_newindex(lua_State *L)
-{
+static int kandil_newindex(lua_State *L) {
     kd_script *script = script_of(L);
     const char *key = luaL_checkstring(L, 2);
     if (strcmp(key, "update") != 0)
         unknown_member(L, key);
     if (!lua_isnil(L, 3) && !lua_isfunction(L, 3))
-        return luaL_error(L, "kandil.update must be a function, not a %s; write function kandil.update(t, dt)", luaL_typename(L, 3));
+        return luaL_error(L,
+                          "kandil.update must be a function, not a %s; write function kandil.update(t, dt)",
+                          luaL_typename(L, 3));
     luaL_unref(L, LUA_REGISTRYINDEX, script->update);
     script->update = LUA_NOREF;
     lua_settop(L, 3);
@@ -182,8 +181,7 @@ static int kandil_newindex(lua_State *L)
     return 0;
 }
 
-void script_kandil_open(lua_State *L)
-{
+void script_kandil_open(lua_State *L) {
     luaL_newlib(L, functions);
     lua_newtable(L);
     lua_pushcfunction(L, kandil_index);

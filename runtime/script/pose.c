@@ -5,22 +5,20 @@
 
 #define DEG (0.017453292519943295)
 
-static kd_quat quat_mul(kd_quat a, kd_quat b)
-{
-    return (kd_quat){a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
-                     a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
+static kd_quat quat_mul(kd_quat a, kd_quat b) {
+    return (kd_quat){
+        a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+        a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
 }
 
 /* Half an angle in degrees, reduced first so that large angles stay exact. */
-static void half_angle(float deg, float *sine, float *cosine)
-{
+static void half_angle(float deg, float *sine, float *cosine) {
     double half = fmod((double)deg, 720.0) * 0.5 * DEG;
     *sine = (float)sin(half);
     *cosine = (float)cos(half);
 }
 
-kd_quat script_rotation_from_deg(kd_vec3 deg)
-{
+kd_quat script_rotation_from_deg(kd_vec3 deg) {
     kd_quat x = {0, 0, 0, 1}, y = x, z = x;
     half_angle(deg.x, &x.x, &x.w);
     half_angle(deg.y, &y.y, &y.w);
@@ -28,18 +26,18 @@ kd_quat script_rotation_from_deg(kd_vec3 deg)
     return quat_mul(z, quat_mul(y, x));
 }
 
-kd_vec3 script_rotation_to_deg(kd_quat q)
-{
+kd_vec3 script_rotation_to_deg(kd_quat q) {
     double sine = 2.0 * ((double)q.w * q.y - (double)q.z * q.x);
-    double x = atan2(2.0 * ((double)q.w * q.x + (double)q.y * q.z), 1.0 - 2.0 * ((double)q.x * q.x + (double)q.y * q.y));
+    double x = atan2(2.0 * ((double)q.w * q.x + (double)q.y * q.z),
+                     1.0 - 2.0 * ((double)q.x * q.x + (double)q.y * q.y));
     double y = asin(sine > 1 ? 1 : sine < -1 ? -1 : sine);
-    double z = atan2(2.0 * ((double)q.w * q.z + (double)q.x * q.y), 1.0 - 2.0 * ((double)q.y * q.y + (double)q.z * q.z));
+    double z = atan2(2.0 * ((double)q.w * q.z + (double)q.x * q.y),
+                     1.0 - 2.0 * ((double)q.y * q.y + (double)q.z * q.z));
     return (kd_vec3){(float)(x / DEG), (float)(y / DEG), (float)(z / DEG)};
 }
 
 /* Quaternion of the rotation whose columns are right, up, back. */
-static kd_quat quat_from_axes(kd_vec3 r, kd_vec3 u, kd_vec3 b)
-{
+static kd_quat quat_from_axes(kd_vec3 r, kd_vec3 u, kd_vec3 b) {
     float trace = r.x + u.y + b.z;
     if (trace > 0) {
         float s = 2 * sqrtf(trace + 1);
@@ -57,15 +55,15 @@ static kd_quat quat_from_axes(kd_vec3 r, kd_vec3 u, kd_vec3 b)
     return (kd_quat){(b.x + r.z) / s, (b.y + u.z) / s, s / 4, (r.y - u.x) / s};
 }
 
-kd_quat script_look_at(kd_vec3 from, kd_vec3 to)
-{
+kd_quat script_look_at(kd_vec3 from, kd_vec3 to) {
     kd_vec3 back = kd_vec3_sub(from, to);
     float length = kd_vec3_length(back);
     if (!(length > 0))
         return (kd_quat){0, 0, 0, 1};
     back = kd_vec3_scale(back, 1 / length);
     kd_vec3 up = {0, 1, 0};
-    if (fabsf(back.y) > 0.99999f) /* straight up or down: the picture's top points to -Z, or +Z when looking up */
+    if (fabsf(back.y) >
+        0.99999f) /* straight up or down: the picture's top points to -Z, or +Z when looking up */
         up = (kd_vec3){0, 0, back.y > 0 ? -1.0f : 1.0f};
     kd_vec3 right = kd_vec3_normalize(kd_vec3_cross(up, back), (kd_vec3){1, 0, 0});
     return quat_from_axes(right, kd_vec3_cross(back, right), back);

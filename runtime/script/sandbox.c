@@ -1,10 +1,11 @@
 /* The sandbox: which libraries a scenario sees, and the limits of one call into it.
  *
- * Instructions are counted by a hook that every coroutine inherits. Once the budget is used up the hook raises at every
- * instruction, so that no pcall can hold the error back for ever, and the allocator refuses to grow. What could loop
- * inside one library call, without an instruction, is replaced here and in sandbox_string.c, or charges the budget.
- * Lua code that would run with hooks switched off is kept out: finalizers, the handler of xpcall while a hook raises, and
- * the to-be-closed variables of a coroutine in which a hook has raised. */
+ * Instructions are counted by a hook that every coroutine inherits. Once the budget is used up the hook
+ * raises at every instruction, so that no pcall can hold the error back for ever, and the allocator refuses
+ * to grow. What could loop inside one library call, without an instruction, is replaced here and in
+ * sandbox_string.c, or charges the budget. Lua code that would run with hooks switched off is kept out:
+ * finalizers, the handler of xpcall while a hook raises, and the to-be-closed variables of a coroutine in
+ * which a hook has raised. */
 #include "runtime/script/internal.h"
 
 #include <lualib.h>
@@ -14,12 +15,11 @@
 #include "runtime/core/clock.h"
 #include "runtime/core/log.h"
 
-#define HOOK_PERIOD       200     /* instructions between two looks at the clock: below 1 % of the run time */
-#define BYTES_CHARGED     256     /* allocated bytes that cost as much as one instruction */
-#define MAX_LIST          4194304 /* entries of a list that one call of the table library may walk */
+#define HOOK_PERIOD   200     /* instructions between two looks at the clock: below 1 % of the run time */
+#define BYTES_CHARGED 256     /* allocated bytes that cost as much as one instruction */
+#define MAX_LIST      4194304 /* entries of a list that one call of the table library may walk */
 
-static void *allocate(void *user, void *block, size_t old_size, size_t new_size)
-{
+static void *allocate(void *user, void *block, size_t old_size, size_t new_size) {
     script_budget *budget = user;
     if (!block)
         old_size = 0; /* Lua passes a type tag here */
@@ -42,17 +42,17 @@ static void *allocate(void *user, void *block, size_t old_size, size_t new_size)
     return grown;
 }
 
-/* Raise at what runs on stack level `level`: in a hook the interrupted function is level 0, in a call its caller is 1. */
-static void raise_exhausted(lua_State *L, int level)
-{
+/* Raise at what runs on stack level `level`: in a hook the interrupted function is level 0, in a call its
+ * caller is 1. */
+static void raise_exhausted(lua_State *L, int level) {
     luaL_where(L, level);
-    lua_pushliteral(L, "ran for too long in one call; return from it sooner, or spread the work over several steps");
+    lua_pushliteral(
+        L, "ran for too long in one call; return from it sooner, or spread the work over several steps");
     lua_concat(L, 2);
     lua_error(L);
 }
 
-static void count_hook(lua_State *L, lua_Debug *activation)
-{
+static void count_hook(lua_State *L, lua_Debug *activation) {
     (void)activation;
     script_budget *budget = &script_of(L)->budget;
     budget->instructions_left -= HOOK_PERIOD;
@@ -63,8 +63,7 @@ static void count_hook(lua_State *L, lua_Debug *activation)
     raise_exhausted(L, 0);
 }
 
-void script_charge(lua_State *L, int64_t instructions)
-{
+void script_charge(lua_State *L, int64_t instructions) {
     script_budget *budget = &script_of(L)->budget;
     budget->instructions_left -= instructions;
     if (budget->instructions_left <= 0 || budget->exhausted) {
@@ -73,8 +72,7 @@ void script_charge(lua_State *L, int64_t instructions)
     }
 }
 
-void script_budget_start(kd_script *script)
-{
+void script_budget_start(kd_script *script) {
     script_budget *budget = &script->budget;
     budget->instructions_left = (int64_t)script->instruction_limit;
     budget->deadline_ns = kd_clock_ns() + script->time_limit_ns;
@@ -85,8 +83,7 @@ void script_budget_start(kd_script *script)
 
 /* ---- base library ---- */
 
-static int safe_load(lua_State *L)
-{
+static int safe_load(lua_State *L) {
     size_t size;
     const char *text = luaL_checklstring(L, 1, &size); /* a function could feed the parser for ever */
     const char *name = luaL_optstring(L, 2, text);
@@ -104,8 +101,7 @@ static int safe_load(lua_State *L)
     return 1;
 }
 
-static int safe_setmetatable(lua_State *L)
-{
+static int safe_setmetatable(lua_State *L) {
     luaL_checktype(L, 1, LUA_TTABLE);
     luaL_argexpected(L, lua_isnil(L, 2) || lua_istable(L, 2), 2, "nil or table");
     if (luaL_getmetafield(L, 1, "__metatable") != LUA_TNIL)
@@ -120,8 +116,7 @@ static int safe_setmetatable(lua_State *L)
     return 1;
 }
 
-static int finish_xpcall(lua_State *L, int status, lua_KContext unused)
-{
+static int finish_xpcall(lua_State *L, int status, lua_KContext unused) {
     (void)unused;
     if (status == LUA_OK || status == LUA_YIELD)
         return lua_gettop(L) - 2;
@@ -133,9 +128,9 @@ static int finish_xpcall(lua_State *L, int status, lua_KContext unused)
     return lua_gettop(L) - 2;
 }
 
-/* The handler runs once the stack is unwound: there is no traceback to be taken here that would need it sooner. */
-static int safe_xpcall(lua_State *L)
-{
+/* The handler runs once the stack is unwound: there is no traceback to be taken here that would need it
+ * sooner. */
+static int safe_xpcall(lua_State *L) {
     int count = lua_gettop(L);
     luaL_checktype(L, 2, LUA_TFUNCTION);
     lua_pushboolean(L, 1);
@@ -145,8 +140,7 @@ static int safe_xpcall(lua_State *L)
 }
 
 /* Upvalue: a coroutine. Resumes it and raises what it raised; it is left as it is, not closed. */
-static int call_wrapped(lua_State *L)
-{
+static int call_wrapped(lua_State *L) {
     lua_State *coroutine = lua_tothread(L, lua_upvalueindex(1));
     int count = lua_gettop(L), results;
     if (lua_status(coroutine) == LUA_OK && lua_gettop(coroutine) == 0)
@@ -164,8 +158,7 @@ static int call_wrapped(lua_State *L)
     return results;
 }
 
-static int safe_wrap(lua_State *L)
-{
+static int safe_wrap(lua_State *L) {
     luaL_checktype(L, 1, LUA_TFUNCTION);
     lua_State *coroutine = lua_newthread(L);
     lua_pushvalue(L, 1);
@@ -174,8 +167,7 @@ static int safe_wrap(lua_State *L)
     return 1;
 }
 
-static int print_line(lua_State *L)
-{
+static int print_line(lua_State *L) {
     int count = lua_gettop(L);
     luaL_Buffer line;
     luaL_buffinit(L, &line);
@@ -191,22 +183,19 @@ static int print_line(lua_State *L)
 }
 
 /* Rank of a key's type: numbers, then strings, then booleans, then what has no order of its own. */
-static int key_rank(lua_State *L, int index)
-{
+static int key_rank(lua_State *L, int index) {
     int type = lua_type(L, index);
     return type == LUA_TNUMBER ? 0 : type == LUA_TSTRING ? 1 : type == LUA_TBOOLEAN ? 2 : 3;
 }
 
-static bool string_less(lua_State *L, int a, int b)
-{
+static bool string_less(lua_State *L, int a, int b) {
     size_t n, m;
     const char *left = lua_tolstring(L, a, &n), *right = lua_tolstring(L, b, &m);
     int order = memcmp(left, right, n < m ? n : m);
     return order < 0 || (order == 0 && n < m);
 }
 
-static int key_less(lua_State *L)
-{
+static int key_less(lua_State *L) {
     int a = key_rank(L, 1), b = key_rank(L, 2);
     bool less = a < b;
     if (a == b && a == 0)
@@ -220,8 +209,7 @@ static int key_less(lua_State *L)
 }
 
 /* Upvalues: the table, its sorted keys, the number of the last one given out. */
-static int next_sorted(lua_State *L)
-{
+static int next_sorted(lua_State *L) {
     lua_Integer i = lua_tointeger(L, lua_upvalueindex(3));
     for (;;) {
         lua_settop(L, 0);
@@ -236,9 +224,9 @@ static int next_sorted(lua_State *L)
     return 2;
 }
 
-/* Lua hashes strings with a seed of its own, so that its order of keys differs between runs; ours does not. */
-static int sorted_pairs(lua_State *L)
-{
+/* Lua hashes strings with a seed of its own, so that its order of keys differs between runs; ours does not.
+ */
+static int sorted_pairs(lua_State *L) {
     luaL_checkany(L, 1);
     if (luaL_getmetafield(L, 1, "__pairs") != LUA_TNIL) {
         lua_pushvalue(L, 1);
@@ -267,16 +255,18 @@ static int sorted_pairs(lua_State *L)
 /* ---- table and maths libraries ---- */
 
 /* Upvalue: the library's own function. Its first argument's length is what it may walk. */
-static int bounded_table_call(lua_State *L)
-{
+static int bounded_table_call(lua_State *L) {
     lua_Integer length = lua_istable(L, 1) ? luaL_len(L, 1) : 0;
     if (length > MAX_LIST)
-        return luaL_error(L, "a list of %I entries is too long; keep it below %d", (LUAI_UACINT)length, MAX_LIST);
+        return luaL_error(L, "a list of %I entries is too long; keep it below %d", (LUAI_UACINT)length,
+                          MAX_LIST);
     for (int i = 2; i <= lua_gettop(L); i++) { /* ranges: table.move, table.concat, table.unpack */
         int exact;
         lua_Integer n = lua_tointegerx(L, i, &exact);
-        if (exact && lua_type(L, i) == LUA_TNUMBER && !lua_toboolean(L, lua_upvalueindex(2)) && (n > MAX_LIST || n < -MAX_LIST))
-            return luaL_error(L, "an index of %I is out of range; keep it below %d", (LUAI_UACINT)n, MAX_LIST);
+        if (exact && lua_type(L, i) == LUA_TNUMBER && !lua_toboolean(L, lua_upvalueindex(2)) &&
+            (n > MAX_LIST || n < -MAX_LIST))
+            return luaL_error(L, "an index of %I is out of range; keep it below %d", (LUAI_UACINT)n,
+                              MAX_LIST);
     }
     script_charge(L, length > 0 ? length / 4 : 0);
     int count = lua_gettop(L);
@@ -286,8 +276,7 @@ static int bounded_table_call(lua_State *L)
     return lua_gettop(L);
 }
 
-static void bound_table_library(lua_State *L)
-{
+static void bound_table_library(lua_State *L) {
     static const char *const names[] = {"insert", "remove", "concat", "unpack", "sort", "move"};
     lua_getglobal(L, "table");
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
@@ -300,8 +289,7 @@ static void bound_table_library(lua_State *L)
 }
 
 /* Upvalue: math.randomseed, which without argument would take the time. */
-static int seeded_randomseed(lua_State *L)
-{
+static int seeded_randomseed(lua_State *L) {
     luaL_checknumber(L, 1);
     int count = lua_gettop(L);
     lua_pushvalue(L, lua_upvalueindex(1));
@@ -310,8 +298,7 @@ static int seeded_randomseed(lua_State *L)
     return 0;
 }
 
-static void seed_math_library(lua_State *L, uint64_t seed)
-{
+static void seed_math_library(lua_State *L, uint64_t seed) {
     lua_getglobal(L, "math");
     lua_getfield(L, -1, "randomseed");
     lua_pushvalue(L, -1);
@@ -322,8 +309,7 @@ static void seed_math_library(lua_State *L, uint64_t seed)
     lua_pop(L, 1);
 }
 
-static void replace_base_library(lua_State *L)
-{
+static void replace_base_library(lua_State *L) {
     static const char *const removed[] = {"dofile", "loadfile", "collectgarbage", "warn", "require", NULL};
     for (size_t i = 0; removed[i]; i++) {
         lua_pushnil(L);
@@ -346,11 +332,10 @@ static void replace_base_library(lua_State *L)
     lua_pop(L, 1);
 }
 
-void script_sandbox_open(lua_State *L, uint64_t seed)
-{
+void script_sandbox_open(lua_State *L, uint64_t seed) {
     static const luaL_Reg libraries[] = {
-        {LUA_GNAME, luaopen_base},         {LUA_TABLIBNAME, luaopen_table}, {LUA_STRLIBNAME, luaopen_string},
-        {LUA_MATHLIBNAME, luaopen_math},   {LUA_UTF8LIBNAME, luaopen_utf8}, {LUA_COLIBNAME, luaopen_coroutine},
+        {LUA_GNAME, luaopen_base},       {LUA_TABLIBNAME, luaopen_table}, {LUA_STRLIBNAME, luaopen_string},
+        {LUA_MATHLIBNAME, luaopen_math}, {LUA_UTF8LIBNAME, luaopen_utf8}, {LUA_COLIBNAME, luaopen_coroutine},
     };
     for (size_t i = 0; i < sizeof libraries / sizeof *libraries; i++) {
         luaL_requiref(L, libraries[i].name, libraries[i].func, 1);
@@ -364,8 +349,7 @@ void script_sandbox_open(lua_State *L, uint64_t seed)
     seed_math_library(L, seed);
 }
 
-lua_State *script_sandbox_make(kd_script *script)
-{
+lua_State *script_sandbox_make(kd_script *script) {
     lua_State *L = lua_newstate(allocate, &script->budget);
     if (L)
         *(kd_script **)lua_getextraspace(L) = script;

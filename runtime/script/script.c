@@ -1,4 +1,5 @@
-/* Loads, steps and closes a scenario; turns every Lua error into one message `FILE:LINE: what is wrong; what to do`. */
+/* Loads, steps and closes a scenario; turns every Lua error into one message `FILE:LINE: what is wrong; what
+ * to do`. */
 #include "runtime/script/script.h"
 
 #include <stdio.h>
@@ -8,14 +9,13 @@
 #include "runtime/core/log.h"
 #include "runtime/script/internal.h"
 
-#define MAX_SOURCE_BYTES  ((size_t)16 << 20)
-#define DUE_TOLERANCE_S   1e-9 /* times are multiples of 1/fps, which has no exact value */
+#define MAX_SOURCE_BYTES ((size_t)16 << 20)
+#define DUE_TOLERANCE_S  1e-9 /* times are multiples of 1/fps, which has no exact value */
 
 /* ---- messages ---- */
 
 /* Copy in one line and at most `size` bytes; cut characters stay whole. */
-static void copy_line(char *out, size_t size, const char *text)
-{
+static void copy_line(char *out, size_t size, const char *text) {
     size_t n = 0;
     for (; text[n] && n + 1 < size; n++)
         out[n] = (unsigned char)text[n] < 32 || text[n] == 127 ? ' ' : text[n];
@@ -26,24 +26,24 @@ static void copy_line(char *out, size_t size, const char *text)
 }
 
 /* Tell whether a message says already what to do. */
-static bool has_advice(const char *text)
-{
+static bool has_advice(const char *text) {
     return strstr(text, "; ") != NULL;
 }
 
-static kd_status report(kd_script *script, int result)
-{
+static kd_status report(kd_script *script, int result) {
     char line[768];
     lua_State *L = script->L;
     const script_budget *budget = &script->budget;
     if (result == LUA_ERRMEM) {
         if (budget->over_memory)
-            return kd_fail(KD_SCRIPT, "%s: needs more than %zu MiB of memory; keep less in its tables and strings", script->path,
-                           budget->memory_limit >> 20);
+            return kd_fail(KD_SCRIPT,
+                           "%s: needs more than %zu MiB of memory; keep less in its tables and strings",
+                           script->path, budget->memory_limit >> 20);
         return kd_fail(KD_NO_MEMORY, "%s: out of memory", script->path);
     }
     const char *text = lua_tostring(L, -1);
-    copy_line(line, sizeof line, text ? text : "stopped with an error that is no text; give error() a string");
+    copy_line(line, sizeof line,
+              text ? text : "stopped with an error that is no text; give error() a string");
     lua_pop(L, 1);
     size_t chunk = strlen(script->chunk);
     bool placed = strncmp(line, script->chunk, chunk) == 0 && line[chunk] == ':';
@@ -51,9 +51,9 @@ static kd_status report(kd_script *script, int result)
                    has_advice(line) ? "" : "; correct the scenario there");
 }
 
-/* Put the line of the innermost Lua function before the message at the top, unless a place stands there already. */
-static void add_place(lua_State *L)
-{
+/* Put the line of the innermost Lua function before the message at the top, unless a place stands there
+ * already. */
+static void add_place(lua_State *L) {
     const char *chunk = script_of(L)->chunk, *text = lua_tostring(L, -1);
     size_t length = strlen(chunk);
     lua_Debug activation;
@@ -69,9 +69,9 @@ static void add_place(lua_State *L)
     }
 }
 
-/* Runs inside the protected call, before the stack is unwound. An error value with __tostring speaks through it. */
-static int message_handler(lua_State *L)
-{
+/* Runs inside the protected call, before the stack is unwound. An error value with __tostring speaks through
+ * it. */
+static int message_handler(lua_State *L) {
     if (lua_type(L, 1) != LUA_TSTRING && luaL_getmetafield(L, 1, "__tostring") != LUA_TNIL) {
         lua_pop(L, 1);
         luaL_tolstring(L, 1, NULL);
@@ -81,8 +81,7 @@ static int message_handler(lua_State *L)
 }
 
 /* Call the function below its `count` arguments, with a fresh budget. */
-static kd_status call(kd_script *script, int count)
-{
+static kd_status call(kd_script *script, int count) {
     lua_State *L = script->L;
     int handler = lua_gettop(L) - count;
     lua_pushcfunction(L, message_handler);
@@ -95,8 +94,7 @@ static kd_status call(kd_script *script, int count)
 
 /* ---- loading ---- */
 
-static kd_status add_roots(kd_script *script, const kd_script_desc *desc)
-{
+static kd_status add_roots(kd_script *script, const kd_script_desc *desc) {
     script->roots = calloc(desc->root_count + 1, sizeof *script->roots);
     if (!script->roots)
         return kd_fail(KD_NO_MEMORY, "%s: out of memory", desc->path);
@@ -107,8 +105,7 @@ static kd_status add_roots(kd_script *script, const kd_script_desc *desc)
     return status;
 }
 
-static int open_all(lua_State *L)
-{
+static int open_all(lua_State *L) {
     const uint64_t *seed = lua_touserdata(L, 1);
     script_sandbox_open(L, *seed);
     script_entity_open(L);
@@ -117,8 +114,7 @@ static int open_all(lua_State *L)
 }
 
 /* Make the Lua state with everything that a scenario sees. */
-static kd_status open_state(kd_script *script, const kd_script_desc *desc)
-{
+static kd_status open_state(kd_script *script, const kd_script_desc *desc) {
     uint64_t seed = desc->seed;
     script->L = script_sandbox_make(script);
     if (!script->L)
@@ -130,8 +126,7 @@ static kd_status open_state(kd_script *script, const kd_script_desc *desc)
     return result == LUA_OK ? KD_OK : report(script, result);
 }
 
-static kd_status run_file(kd_script *script)
-{
+static kd_status run_file(kd_script *script) {
     void *data;
     size_t size;
     char name[72];
@@ -145,8 +140,7 @@ static kd_status run_file(kd_script *script)
     return result == LUA_OK ? call(script, 0) : report(script, result);
 }
 
-static kd_script *make(const kd_script_desc *desc)
-{
+static kd_script *make(const kd_script_desc *desc) {
     kd_script *script = calloc(1, sizeof *script);
     if (!script)
         return NULL;
@@ -161,8 +155,7 @@ static kd_script *make(const kd_script_desc *desc)
     return script;
 }
 
-kd_status kd_script_load(const kd_script_desc *desc, kd_script **out)
-{
+kd_status kd_script_load(const kd_script_desc *desc, kd_script **out) {
     *out = NULL;
     kd_script *script = make(desc);
     if (!script)
@@ -181,8 +174,7 @@ kd_status kd_script_load(const kd_script_desc *desc, kd_script **out)
 
 /* ---- stepping ---- */
 
-static kd_status run_due_event(kd_script *script, double time_s)
-{
+static kd_status run_due_event(kd_script *script, double time_s) {
     script_event event = script->events[--script->event_count];
     lua_rawgeti(script->L, LUA_REGISTRYINDEX, event.function);
     luaL_unref(script->L, LUA_REGISTRYINDEX, event.function);
@@ -190,12 +182,14 @@ static kd_status run_due_event(kd_script *script, double time_s)
     return call(script, 1);
 }
 
-kd_status kd_script_step(kd_script *script, double time_s, double dt_s)
-{
+kd_status kd_script_step(kd_script *script, double time_s, double dt_s) {
     uint32_t limit = 0;
-    while (script->event_count > 0 && script->events[script->event_count - 1].time_s <= time_s + DUE_TOLERANCE_S) {
+    while (script->event_count > 0 &&
+           script->events[script->event_count - 1].time_s <= time_s + DUE_TOLERANCE_S) {
         if (++limit > 100000)
-            return kd_fail(KD_SCRIPT, "%s: more than 100000 events of kandil.at fell due in one step; spread them", script->path);
+            return kd_fail(KD_SCRIPT,
+                           "%s: more than 100000 events of kandil.at fell due in one step; spread them",
+                           script->path);
         kd_status status = run_due_event(script, time_s);
         if (status != KD_OK)
             return status;
@@ -208,13 +202,11 @@ kd_status kd_script_step(kd_script *script, double time_s, double dt_s)
     return call(script, 2);
 }
 
-size_t kd_script_bytes(const kd_script *script)
-{
+size_t kd_script_bytes(const kd_script *script) {
     return script->budget.memory_used;
 }
 
-void kd_script_destroy(kd_script *script)
-{
+void kd_script_destroy(kd_script *script) {
     if (!script)
         return;
     if (script->L)

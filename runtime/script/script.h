@@ -1,11 +1,12 @@
 #ifndef KD_SCRIPT_SCRIPT_H
 #define KD_SCRIPT_SCRIPT_H
 
-/* Scenarios: Lua 5.4 in a sandbox over one world. The script layer knows the world and its reflection only; models,
- * shapes, materials and clips are made by the host that the application hands in.
+/* Scenarios: Lua 5.4 in a sandbox over one world. The script layer knows the world and its reflection only;
+ * models, shapes, materials and clips are made by the host that the application hands in.
  *
- * A scenario can reach neither the system nor native code, reads no file but those that the host loads from below its
- * folder or the asset roots, and every call into it has a limit of memory, instructions and time. */
+ * A scenario can reach neither the system nor native code, reads no file but those that the host loads from
+ * below its folder or the asset roots, and every call into it has a limit of memory, instructions and time.
+ */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -34,9 +35,9 @@ typedef struct kd_script_mesh {
 
 typedef struct kd_script_material {
     bool given;
-    kd_vec4 base_color; /* linear, default white */
+    kd_vec4 base_color;        /* linear, default white */
     float metallic, roughness; /* default 0 and 1 */
-    kd_vec3 emissive;   /* radiance, linear */
+    kd_vec3 emissive;          /* radiance, linear */
     bool double_sided, unlit;
 } kd_script_material;
 
@@ -53,7 +54,7 @@ typedef struct kd_script_spawn {
     const char *model; /* a path that may be read, or NULL */
     kd_script_mesh mesh;
     kd_script_material material;
-    kd_entity parent;  /* KD_NO_ENTITY: a root */
+    kd_entity parent; /* KD_NO_ENTITY: a root */
 } kd_script_spawn;
 
 /* Why a host call failed: one line, without a file name of the scenario. */
@@ -69,7 +70,8 @@ typedef struct kd_script_host {
     /* Make an entity that has at least a transform, below the parent. */
     kd_status (*spawn)(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error);
     kd_status (*play)(void *user, kd_entity entity, const kd_script_play *play, kd_script_error *error);
-    /* Tell whether scenarios may set a field: most are, but not numbers that other systems trust. NULL: all are. */
+    /* Tell whether scenarios may set a field: most are, but not numbers that other systems trust. NULL: all
+     * are. */
     bool (*may_write)(void *user, const char *component, const char *field);
 } kd_script_host;
 

@@ -1,5 +1,5 @@
-/* kandil.spawn: one table to one entity. Models, meshes and materials go to the host; every other key that names a
- * component gives its values through reflection. */
+/* kandil.spawn: one table to one entity. Models, meshes and materials go to the host; every other key that
+ * names a component gives its values through reflection. */
 #include "runtime/script/internal.h"
 
 #include <float.h>
@@ -10,33 +10,30 @@
 
 #define WHAT "kandil.spawn"
 
-static const char *const own_keys[] = {"name", "model", "mesh", "material", "transform", "animation", "parent", "light", "camera", NULL};
+static const char *const own_keys[] = {"name",      "model",  "mesh",  "material", "transform",
+                                       "animation", "parent", "light", "camera",   NULL};
 /* keys that are no component here, or that the host fills */
 static const char *const host_keys[] = {"name", "model", "mesh", "material", "animation", "parent", NULL};
 
-uint64_t script_host_begin(lua_State *L)
-{
+uint64_t script_host_begin(lua_State *L) {
     (void)L;
     return kd_clock_ns();
 }
 
-void script_host_end(lua_State *L, uint64_t began_ns, kd_status status, const kd_script_error *error)
-{
+void script_host_end(lua_State *L, uint64_t began_ns, kd_status status, const kd_script_error *error) {
     script_of(L)->budget.deadline_ns += kd_clock_ns() - began_ns;
     if (status != KD_OK)
         luaL_error(L, "%s", error->text[0] ? error->text : kd_status_text(status));
 }
 
-static bool is_one_of(const char *const *words, const char *word)
-{
+static bool is_one_of(const char *const *words, const char *word) {
     for (; *words; words++)
         if (strcmp(*words, word) == 0)
             return true;
     return false;
 }
 
-static void check_spawn_keys(lua_State *L)
-{
+static void check_spawn_keys(lua_State *L) {
     for (lua_pushnil(L); lua_next(L, 1); lua_pop(L, 1)) {
         if (lua_type(L, -2) != LUA_TSTRING)
             luaL_error(L, WHAT ": entries without a name are not allowed; write key = value");
@@ -46,18 +43,19 @@ static void check_spawn_keys(lua_State *L)
     }
 }
 
-static void read_mesh(lua_State *L, kd_script_mesh *mesh)
-{
+static void read_mesh(lua_State *L, kd_script_mesh *mesh) {
     static const char *const keys[] = {"shape", "size", "segments", NULL};
     static const char *const shapes[] = {"box", "sphere", "plane", "cylinder", "torus", NULL};
     if (lua_getfield(L, 1, "mesh") != LUA_TNIL) {
         if (!lua_istable(L, -1))
-            luaL_error(L, WHAT ".mesh must be a table such as { shape = \"box\" }, not a %s", luaL_typename(L, -1));
+            luaL_error(L, WHAT ".mesh must be a table such as { shape = \"box\" }, not a %s",
+                       luaL_typename(L, -1));
         int table = lua_gettop(L);
         script_check_keys(L, table, "mesh", keys);
         mesh->shape = script_get_string(L, table, "mesh", "shape");
         if (!mesh->shape || !is_one_of(shapes, mesh->shape))
-            luaL_error(L, "mesh.shape must be box, sphere, plane, cylinder or torus, not '%s'; choose one", mesh->shape ? mesh->shape : "nothing");
+            luaL_error(L, "mesh.shape must be box, sphere, plane, cylinder or torus, not '%s'; choose one",
+                       mesh->shape ? mesh->shape : "nothing");
         mesh->size = (kd_vec3){1, 1, 1};
         if (lua_getfield(L, table, "size") == LUA_TNUMBER) {
             float edge = (float)lua_tonumber(L, -1);
@@ -66,27 +64,31 @@ static void read_mesh(lua_State *L, kd_script_mesh *mesh)
             script_get_floats(L, table, "mesh", "size", &mesh->size.x, 3);
         }
         lua_pop(L, 1);
-        if (!(mesh->size.x > 0 && mesh->size.y >= 0 && mesh->size.z >= 0 && mesh->size.x < 1e6f && mesh->size.y < 1e6f && mesh->size.z < 1e6f))
+        if (!(mesh->size.x > 0 && mesh->size.y >= 0 && mesh->size.z >= 0 && mesh->size.x < 1e6f &&
+              mesh->size.y < 1e6f && mesh->size.z < 1e6f))
             luaL_error(L, "mesh.size must be positive and below a million metres; correct it");
         mesh->segments = (uint32_t)script_get_number(L, table, "mesh", "segments", 0, 0, 1024);
     }
     lua_pop(L, 1);
 }
 
-static void read_material(lua_State *L, kd_script_material *material)
-{
-    static const char *const keys[] = {"base_color", "metallic", "roughness", "emissive", "double_sided", "unlit", NULL};
+static void read_material(lua_State *L, kd_script_material *material) {
+    static const char *const keys[] = {"base_color",   "metallic", "roughness", "emissive",
+                                       "double_sided", "unlit",    NULL};
     *material = (kd_script_material){.base_color = {1, 1, 1, 1}, .roughness = 1};
     if (lua_getfield(L, 1, "material") != LUA_TNIL) {
         if (!lua_istable(L, -1))
-            luaL_error(L, WHAT ".material must be a table such as { base_color = {1, 0, 0} }, not a %s", luaL_typename(L, -1));
+            luaL_error(L, WHAT ".material must be a table such as { base_color = {1, 0, 0} }, not a %s",
+                       luaL_typename(L, -1));
         int table = lua_gettop(L);
         script_check_keys(L, table, "material", keys);
         material->given = true;
         if (lua_getfield(L, table, "base_color") == LUA_TTABLE)
-            script_read_floats(L, -1, "material.base_color", &material->base_color.x, lua_rawlen(L, -1) == 4 ? 4 : 3);
+            script_read_floats(L, -1, "material.base_color", &material->base_color.x,
+                               lua_rawlen(L, -1) == 4 ? 4 : 3);
         else if (!lua_isnil(L, -1))
-            luaL_error(L, "material.base_color must be a list of 3 or 4 numbers, not a %s; correct it", luaL_typename(L, -1));
+            luaL_error(L, "material.base_color must be a list of 3 or 4 numbers, not a %s; correct it",
+                       luaL_typename(L, -1));
         lua_pop(L, 1);
         material->metallic = (float)script_get_number(L, table, "material", "metallic", 0, 0, 1);
         material->roughness = (float)script_get_number(L, table, "material", "roughness", 1, 0, 1);
@@ -96,7 +98,9 @@ static void read_material(lua_State *L, kd_script_material *material)
         const float *c = &material->base_color.x, *e = &material->emissive.x;
         for (int i = 0; i < 4; i++)
             if (c[i] < 0 || c[i] > 1)
-                luaL_error(L, "material.base_color[%d] is %f, which is out of range; choose a value from 0 to 1", i + 1, (double)c[i]);
+                luaL_error(L,
+                           "material.base_color[%d] is %f, which is out of range; choose a value from 0 to 1",
+                           i + 1, (double)c[i]);
         for (int i = 0; i < 3; i++)
             if (e[i] < 0)
                 luaL_error(L, "material.emissive[%d] is negative; choose 0 or more", i + 1);
@@ -104,12 +108,12 @@ static void read_material(lua_State *L, kd_script_material *material)
     lua_pop(L, 1);
 }
 
-static kd_entity read_parent(lua_State *L)
-{
+static kd_entity read_parent(lua_State *L) {
     kd_entity parent = KD_NO_ENTITY;
     if (lua_getfield(L, 1, "parent") != LUA_TNIL) {
         if (!luaL_testudata(L, -1, "kandil.entity"))
-            luaL_error(L, WHAT ".parent must be an entity that kandil.spawn returned, not a %s", luaL_typename(L, -1));
+            luaL_error(L, WHAT ".parent must be an entity that kandil.spawn returned, not a %s",
+                       luaL_typename(L, -1));
         parent = script_check_entity(L, -1);
     }
     lua_pop(L, 1);
@@ -117,8 +121,7 @@ static kd_entity read_parent(lua_State *L)
 }
 
 /* Set the components of the table on the entity, in order of registration. */
-static void set_components(lua_State *L, kd_entity e)
-{
+static void set_components(lua_State *L, kd_entity e) {
     kd_world *w = script_of(L)->world;
     for (kd_component_id id = 1; id <= kd_component_count(w); id++) {
         const kd_component_desc *desc = kd_component_info(w, id);
@@ -142,20 +145,19 @@ static void set_components(lua_State *L, kd_entity e)
     }
 }
 
-void script_read_play(lua_State *L, int table, const char *what, kd_script_play *play)
-{
+void script_read_play(lua_State *L, int table, const char *what, kd_script_play *play) {
     play->loop = script_get_bool(L, table, what, "loop", true);
     play->speed = (float)script_get_number(L, table, what, "speed", 1, -1000, 1000);
     play->blend_s = (float)script_get_number(L, table, what, "blend", 0, 0, 3600);
 }
 
-static void start_animation(lua_State *L, kd_entity e)
-{
+static void start_animation(lua_State *L, kd_entity e) {
     static const char *const keys[] = {"clip", "loop", "speed", NULL};
     kd_script *script = script_of(L);
     if (lua_getfield(L, 1, "animation") != LUA_TNIL) {
         if (!lua_istable(L, -1))
-            luaL_error(L, WHAT ".animation must be a table such as { clip = \"walk\" }, not a %s", luaL_typename(L, -1));
+            luaL_error(L, WHAT ".animation must be a table such as { clip = \"walk\" }, not a %s",
+                       luaL_typename(L, -1));
         int table = lua_gettop(L);
         script_check_keys(L, table, "animation", keys);
         kd_script_play play = {.clip = script_get_string(L, table, "animation", "clip")};
@@ -169,8 +171,7 @@ static void start_animation(lua_State *L, kd_entity e)
     lua_settop(L, 1);
 }
 
-int script_spawn(lua_State *L)
-{
+int script_spawn(lua_State *L) {
     char path[KD_PATH_MAX];
     kd_script *script = script_of(L);
     kd_script_spawn spawn = {0};

@@ -16,8 +16,7 @@
 static char last_message[1024];
 static int message_count;
 
-static void remember(void *user, kd_log_level level, const char *text)
-{
+static void remember(void *user, kd_log_level level, const char *text) {
     (void)user;
     (void)level;
     strncpy(last_message, text, sizeof last_message - 1);
@@ -25,8 +24,7 @@ static void remember(void *user, kd_log_level level, const char *text)
 }
 
 /* Parse a line split at blanks. The words live as long as the next call. */
-static kd_status parse(const char *line, app_options *out)
-{
+static kd_status parse(const char *line, app_options *out) {
     static char words[1024];
     char *argv[MAX_ARGUMENTS] = {(char *)"kandil"};
     int argc = 1;
@@ -38,12 +36,13 @@ static kd_status parse(const char *line, app_options *out)
     return app_options_parse(argc, argv, out);
 }
 
-static void options_are_read_when_right(void **state)
-{
+static void options_are_read_when_right(void **state) {
     (void)state;
     app_options o;
-    assert_int_equal(parse("run a.lua --frames 8 --seconds=2.5 --fps 24 --size 641x16384 --seed 7 --threads 2 --gi none --view ao "
-                           "--level 3 --out x.png --out y_%04d.exr --out z.mp4 --set voxels.span=0.05 --quiet --context osmesa",
+    assert_int_equal(parse("run a.lua --frames 8 --seconds=2.5 --fps 24 --size 641x16384 --seed 7 --threads "
+                           "2 --gi none --view ao "
+                           "--level 3 --out x.png --out y_%04d.exr --out z.mp4 --set voxels.span=0.05 "
+                           "--quiet --context osmesa",
                            &o),
                      KD_OK);
     assert_int_equal(o.command, APP_RUN);
@@ -67,8 +66,7 @@ static void options_are_read_when_right(void **state)
     app_options_fini(&o);
 }
 
-static void nothing_said_is_told_apart(void **state)
-{
+static void nothing_said_is_told_apart(void **state) {
     (void)state;
     app_options o;
     assert_int_equal(parse("run a.glb", &o), KD_OK);
@@ -79,11 +77,11 @@ static void nothing_said_is_told_apart(void **state)
     app_options_fini(&o);
 }
 
-static void help_is_found_everywhere(void **state)
-{
+static void help_is_found_everywhere(void **state) {
     (void)state;
     app_options o;
-    static const char *const lines[] = {"--help", "-h", "help", "run --help", "run a.glb --frames 3 -h", "info --help"};
+    static const char *const lines[] = {"--help",     "-h", "help", "run --help", "run a.glb --frames 3 -h",
+                                        "info --help"};
     for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
         assert_int_equal(parse(lines[i], &o), KD_OK);
         assert_int_equal(o.command, APP_HELP);
@@ -93,8 +91,7 @@ static void help_is_found_everywhere(void **state)
     assert_int_equal(o.command, APP_VERSION);
 }
 
-static void mistakes_give_one_message_that_helps(void **state)
-{
+static void mistakes_give_one_message_that_helps(void **state) {
     (void)state;
     static const struct {
         const char *line, *says;
@@ -146,12 +143,12 @@ static void mistakes_give_one_message_that_helps(void **state)
         app_options o;
         kd_status status = parse(rows[i].line, &o);
         if (status != KD_USAGE || message_count != 1 || !strstr(last_message, rows[i].says))
-            fail_msg("'%s' gave status %d and %d messages: %s", rows[i].line, (int)status, message_count, last_message);
+            fail_msg("'%s' gave status %d and %d messages: %s", rows[i].line, (int)status, message_count,
+                     last_message);
     }
 }
 
-static void entity_fields_are_told_from_settings(void **state)
-{
+static void entity_fields_are_told_from_settings(void **state) {
     (void)state;
     assert_true(app_is_entity_field("lamp.light.intensity=5"));
     assert_true(app_is_entity_field("my.lamp.light.intensity=5"));
@@ -159,11 +156,12 @@ static void entity_fields_are_told_from_settings(void **state)
     assert_false(app_is_entity_field("voxels.spam=1"));
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(options_are_read_when_right),          cmocka_unit_test(nothing_said_is_told_apart),
-        cmocka_unit_test(help_is_found_everywhere),             cmocka_unit_test(mistakes_give_one_message_that_helps),
+        cmocka_unit_test(options_are_read_when_right),
+        cmocka_unit_test(nothing_said_is_told_apart),
+        cmocka_unit_test(help_is_found_everywhere),
+        cmocka_unit_test(mistakes_give_one_message_that_helps),
         cmocka_unit_test(entity_fields_are_told_from_settings),
     };
     kd_log_set_sink(remember, NULL);

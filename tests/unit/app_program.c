@@ -1,4 +1,5 @@
-/* The program as a user runs it: exit codes, one message a failure, what stays after Ctrl+C, the same bytes every time. */
+/* The program as a user runs it: exit codes, one message a failure, what stays after Ctrl+C, the same bytes
+ * every time. */
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -18,23 +19,20 @@
 static char folder[64];
 static char said[8192]; /* standard error of the last run */
 
-static int open_folder(void **state)
-{
+static int open_folder(void **state) {
     (void)state;
     strcpy(folder, "/tmp/kandil-program-XXXXXX");
     return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
 }
 
-static int close_folder(void **state)
-{
+static int close_folder(void **state) {
     char command[128];
     (void)state;
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
     return chdir("/") == 0 ? system(command) : -1;
 }
 
-static void read_said(void)
-{
+static void read_said(void) {
     FILE *file = fopen("said", "rb");
     size_t size = file ? fread(said, 1, sizeof said - 1, file) : 0;
     said[size] = '\0';
@@ -43,8 +41,7 @@ static void read_said(void)
 }
 
 /* Run `kandil ARGUMENTS` in the folder and return its exit code. */
-static int kandil(const char *arguments)
-{
+static int kandil(const char *arguments) {
     char command[1024];
     snprintf(command, sizeof command, "'%s/kandil' %s >out 2>said", KD_BINARY_DIR, arguments);
     int state = system(command);
@@ -52,37 +49,37 @@ static int kandil(const char *arguments)
     return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
 }
 
-static void write_file(const char *name, const char *text)
-{
+static void write_file(const char *name, const char *text) {
     FILE *file = fopen(name, "wb");
     assert_non_null(file);
     assert_true(fputs(text, file) >= 0);
     assert_int_equal(fclose(file), 0);
 }
 
-static bool same_files(const char *a, const char *b)
-{
+static bool same_files(const char *a, const char *b) {
     char command[256];
     snprintf(command, sizeof command, "cmp -s '%s' '%s'", a, b);
     return system(command) == 0;
 }
 
-static bool exists(const char *name)
-{
+static bool exists(const char *name) {
     return access(name, F_OK) == 0;
 }
 
 /* A ball above a floor, turning; small and without voxels, so that a software driver is quick. */
-static const char scene[] = "kandil.scene { size = {64, 48}, fps = 10, seconds = 0.5, gi = 'none' }\n"
-                            "kandil.spawn { mesh = { shape = 'plane', size = {4, 1, 4} } }\n"
-                            "local ball = kandil.spawn { name = 'ball', mesh = { shape = 'box' }, material = { base_color = {1, 0.2, 0.1} },\n"
-                            "  transform = { position = {0, 0.6, 0} } }\n"
-                            "kandil.spawn { name = 'sun', light = { type = 'directional', intensity = 3 }, transform = { look_at = {0.3, -1, -0.4} } }\n"
-                            "kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 1.5, 4}, look_at = {0, 0.5, 0} } }\n"
-                            "function kandil.update(t) ball:set('transform.rotation_deg', {0, 90 * t, 0}) end\n";
+static const char scene[] =
+    "kandil.scene { size = {64, 48}, fps = 10, seconds = 0.5, gi = 'none' }\n"
+    "kandil.spawn { mesh = { shape = 'plane', size = {4, 1, 4} } }\n"
+    "local ball = kandil.spawn { name = 'ball', mesh = { shape = 'box' }, material = { base_color = {1, 0.2, "
+    "0.1} },\n"
+    "  transform = { position = {0, 0.6, 0} } }\n"
+    "kandil.spawn { name = 'sun', light = { type = 'directional', intensity = 3 }, transform = { look_at = "
+    "{0.3, -1, -0.4} } }\n"
+    "kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 1.5, 4}, look_at = {0, 0.5, 0} "
+    "} }\n"
+    "function kandil.update(t) ball:set('transform.rotation_deg', {0, 90 * t, 0}) end\n";
 
-static void exit_codes_and_messages_are_as_promised(void **state)
-{
+static void exit_codes_and_messages_are_as_promised(void **state) {
     (void)state;
     static const struct {
         const char *arguments;
@@ -116,14 +113,14 @@ static void exit_codes_and_messages_are_as_promised(void **state)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         int code = kandil(rows[i].arguments);
         char *newline = strchr(said, '\n');
-        bool one_line = rows[i].code == 0 ? !*said : strncmp(said, "kandil: ", 8) == 0 && newline && !newline[1];
+        bool one_line =
+            rows[i].code == 0 ? !*said : strncmp(said, "kandil: ", 8) == 0 && newline && !newline[1];
         if (code != rows[i].code || !strstr(said, rows[i].says) || !one_line)
             fail_msg("kandil %s gave %d and said: %s", rows[i].arguments, code, said);
     }
 }
 
-static void no_frames_write_no_picture(void **state)
-{
+static void no_frames_write_no_picture(void **state) {
     (void)state;
     char text[8192] = "";
     write_file("scene.lua", scene);
@@ -136,8 +133,7 @@ static void no_frames_write_no_picture(void **state)
     assert_non_null(strstr(text, "\"frames\": 0"));
 }
 
-static void pictures_do_not_depend_on_threads_or_runs(void **state)
-{
+static void pictures_do_not_depend_on_threads_or_runs(void **state) {
     (void)state;
     write_file("scene.lua", scene);
     assert_int_equal(kandil("run scene.lua --threads 1 --out a_%02d.png --out a.exr"), 0);
@@ -155,8 +151,7 @@ static void pictures_do_not_depend_on_threads_or_runs(void **state)
     assert_false(same_files("a_00.png", "a_04.png")); /* the box turns */
 }
 
-static void entity_fields_and_order_of_precedence(void **state)
-{
+static void entity_fields_and_order_of_precedence(void **state) {
     (void)state;
     write_file("scene.lua", scene);
     assert_int_equal(kandil("run scene.lua --seconds 9 --frames 2 --size 32x16 --out p_%02d.png"), 0);
@@ -166,12 +161,13 @@ static void entity_fields_and_order_of_precedence(void **state)
     assert_false(same_files("bright.png", "dim.png"));
 }
 
-static int count_film_frames(const char *path)
-{
+static int count_film_frames(const char *path) {
     char command[256];
     int frames = -1;
     snprintf(command, sizeof command,
-             "ffprobe -v error -count_frames -select_streams v -show_entries stream=nb_read_frames -of csv=p=0 '%s'", path);
+             "ffprobe -v error -count_frames -select_streams v -show_entries stream=nb_read_frames -of "
+             "csv=p=0 '%s'",
+             path);
     FILE *out = popen(command, "r");
     assert_non_null(out);
     if (fscanf(out, "%d", &frames) != 1)
@@ -180,8 +176,7 @@ static int count_film_frames(const char *path)
     return frames;
 }
 
-static int count_pictures(const char *prefix)
-{
+static int count_pictures(const char *prefix) {
     char command[128];
     int count = -1;
     snprintf(command, sizeof command, "ls | grep -c '^%s.*png$'", prefix);
@@ -193,8 +188,7 @@ static int count_pictures(const char *prefix)
     return count;
 }
 
-static void a_film_has_exactly_its_frames(void **state)
-{
+static void a_film_has_exactly_its_frames(void **state) {
     (void)state;
     write_file("scene.lua", scene);
     assert_int_equal(kandil("run scene.lua --frames 13 --size 33x17 --out film.mp4"), 0);
@@ -202,8 +196,7 @@ static void a_film_has_exactly_its_frames(void **state)
 }
 
 /* Start a long run, interrupt it once its first pictures stand, and look at what is left. */
-static void interrupting_keeps_finished_frames(void **state)
-{
+static void interrupting_keeps_finished_frames(void **state) {
     (void)state;
     int status;
     write_file("scene.lua", scene);
@@ -211,8 +204,8 @@ static void interrupting_keeps_finished_frames(void **state)
     if (child == 0) {
         if (!freopen("said", "wb", stderr))
             _exit(99);
-        execl(KD_BINARY_DIR "/kandil", "kandil", "run", "scene.lua", "--frames", "1000000", "--out", "i_%06d.png", "--out", "i.mp4",
-              "--out", "last.png", (char *)NULL);
+        execl(KD_BINARY_DIR "/kandil", "kandil", "run", "scene.lua", "--frames", "1000000", "--out",
+              "i_%06d.png", "--out", "i.mp4", "--out", "last.png", (char *)NULL);
         _exit(98);
     }
     assert_true(child > 0);
@@ -234,8 +227,7 @@ static void interrupting_keeps_finished_frames(void **state)
     assert_int_not_equal(system("ls | grep -q part"), 0); /* no unfinished file */
 }
 
-static void a_scenario_that_fails_in_the_middle_keeps_its_frames(void **state)
-{
+static void a_scenario_that_fails_in_the_middle_keeps_its_frames(void **state) {
     (void)state;
     char text[2048];
     snprintf(text, sizeof text, "%s", scene);
@@ -250,8 +242,7 @@ static void a_scenario_that_fails_in_the_middle_keeps_its_frames(void **state)
     assert_int_equal(count_film_frames("f.mp4"), 3);
 }
 
-static void odd_sizes_are_pictures_too(void **state)
-{
+static void odd_sizes_are_pictures_too(void **state) {
     (void)state;
     static const char *const sizes[] = {"1x1", "3x7", "4096x16", "641x359"};
     write_file("scene.lua", scene);
@@ -265,8 +256,7 @@ static void odd_sizes_are_pictures_too(void **state)
     }
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(exit_codes_and_messages_are_as_promised),
         cmocka_unit_test(no_frames_write_no_picture),

@@ -11,7 +11,8 @@
 
 static const uint32_t quad_order[6] = {0, 1, 2, 0, 2, 3};
 
-/* A box of triangles; `inwards` turns its faces to the inside; wall `open` (0 … 5, as +X -X +Y -Y +Z -Z) is left out. */
+/* A box of triangles; `inwards` turns its faces to the inside; wall `open` (0 … 5, as +X -X +Y -Y +Z -Z) is
+ * left out. */
 typedef struct box {
     kd_vec3 positions[24];
     uint32_t indices[36];
@@ -21,8 +22,7 @@ typedef struct box {
     kd_model model;
 } box;
 
-static void make_box(box *b, kd_vec3 low, kd_vec3 high, bool inwards, int open)
-{
+static void make_box(box *b, kd_vec3 low, kd_vec3 high, bool inwards, int open) {
     uint32_t vertices = 0, indices = 0;
     for (int face = 0; face < 6; face++) {
         int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -42,16 +42,26 @@ static void make_box(box *b, kd_vec3 low, kd_vec3 high, bool inwards, int open)
             b->indices[indices++] = vertices + quad_order[flip ? 5 - i : i];
         vertices += 4;
     }
-    b->primitive = (kd_primitive_desc){.vertex_count = vertices, .index_count = indices, .indices = b->indices, .positions = b->positions};
+    b->primitive = (kd_primitive_desc){
+        .vertex_count = vertices, .index_count = indices, .indices = b->indices, .positions = b->positions};
     b->mesh = (kd_mesh_desc){.name = "box", .primitive_count = 1, .primitives = &b->primitive};
-    b->node = (kd_node_desc){.name = "box", .parent = KD_NONE, .rotation = {0, 0, 0, 1}, .scale = {1, 1, 1},
-                             .skin = KD_NONE, .camera = KD_NONE, .light = KD_NONE};
-    b->model = (kd_model){.path = "box", .mesh_count = 1, .meshes = &b->mesh, .node_count = 1, .nodes = &b->node,
-                          .bounds_min = low, .bounds_max = high};
+    b->node = (kd_node_desc){.name = "box",
+                             .parent = KD_NONE,
+                             .rotation = {0, 0, 0, 1},
+                             .scale = {1, 1, 1},
+                             .skin = KD_NONE,
+                             .camera = KD_NONE,
+                             .light = KD_NONE};
+    b->model = (kd_model){.path = "box",
+                          .mesh_count = 1,
+                          .meshes = &b->mesh,
+                          .node_count = 1,
+                          .nodes = &b->node,
+                          .bounds_min = low,
+                          .bounds_max = high};
 }
 
-static app_survey survey(kd_vec3 low, kd_vec3 high, bool inwards, int open)
-{
+static app_survey survey(kd_vec3 low, kd_vec3 high, bool inwards, int open) {
     static box b;
     app_survey out;
     make_box(&b, low, high, inwards, open);
@@ -59,8 +69,7 @@ static app_survey survey(kd_vec3 low, kd_vec3 high, bool inwards, int open)
     return out;
 }
 
-static void a_large_room_is_a_hall(void **state)
-{
+static void a_large_room_is_a_hall(void **state) {
     (void)state;
     app_survey s = survey((kd_vec3){-20, 0, -6}, (kd_vec3){20, 8, 6}, true, -1);
     assert_true(s.hall);
@@ -74,15 +83,13 @@ static void a_large_room_is_a_hall(void **state)
     assert_true(s.hall);
 }
 
-static void a_large_solid_is_no_hall(void **state)
-{
+static void a_large_solid_is_no_hall(void **state) {
     (void)state;
     app_survey s = survey((kd_vec3){-20, 0, -6}, (kd_vec3){20, 8, 6}, false, -1);
     assert_false(s.hall || s.open_box);
 }
 
-static void a_small_room_open_on_one_side_is_an_open_box(void **state)
-{
+static void a_small_room_open_on_one_side_is_an_open_box(void **state) {
     (void)state;
     app_survey s = survey((kd_vec3){-1, 0, -1}, (kd_vec3){1, 2, 1}, true, 4);
     assert_true(s.open_box && !s.hall);
@@ -95,8 +102,7 @@ static void a_small_room_open_on_one_side_is_an_open_box(void **state)
     assert_false(s.open_box);
 }
 
-static void summaries_are_by_nearest_rank(void **state)
-{
+static void summaries_are_by_nearest_rank(void **state) {
     (void)state;
     float values[20];
     for (int i = 0; i < 20; i++)
@@ -110,8 +116,7 @@ static void summaries_are_by_nearest_rank(void **state)
     assert_true(s.count == 0 && s.median == 0);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_large_room_is_a_hall),
         cmocka_unit_test(a_large_solid_is_no_hall),

@@ -9,36 +9,36 @@
 
 #include "tests/script_fixture.h"
 
-static const fixture_transform *transform_of(kd_world *w, const char *name)
-{
+static const fixture_transform *transform_of(kd_world *w, const char *name) {
     const fixture_transform *t = kd_find_id(w, kd_find_named(w, name), kd_component_find(w, "transform"));
     assert_non_null(t);
     return t;
 }
 
-static kd_vec3 turned(kd_quat q, kd_vec3 v)
-{
+static kd_vec3 turned(kd_quat q, kd_vec3 v) {
     kd_mat4 m = kd_mat4_from_trs((kd_vec3){0, 0, 0}, q, (kd_vec3){1, 1, 1});
     return kd_mat4_direction(&m, v);
 }
 
-static void assert_near(kd_vec3 a, kd_vec3 b, float tolerance)
-{
+static void assert_near(kd_vec3 a, kd_vec3 b, float tolerance) {
     if (!(kd_vec3_length(kd_vec3_sub(a, b)) <= tolerance))
-        fail_msg("%g %g %g is not %g %g %g", (double)a.x, (double)a.y, (double)a.z, (double)b.x, (double)b.y, (double)b.z);
+        fail_msg("%g %g %g is not %g %g %g", (double)a.x, (double)a.y, (double)a.z, (double)b.x, (double)b.y,
+                 (double)b.z);
 }
 
-static void spawn_sets_components_through_reflection(void **state)
-{
+static void spawn_sets_components_through_reflection(void **state) {
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
-    assert_int_equal(fixture_load(w,
-                                  "local p = kandil.spawn{name = 'parent', transform = {position = {1, 2, 3}, scale = {2, 2, 2}}}\n"
-                                  "kandil.spawn{name = 'lamp', parent = p, light = {type = 'spot', intensity = 7, outer_cone_deg = 30, "
-                                  "no_shadow = true, color = {1, 0.5, 0}}}\n",
-                                  &script),
-                     KD_OK);
+    assert_int_equal(
+        fixture_load(
+            w,
+            "local p = kandil.spawn{name = 'parent', transform = {position = {1, 2, 3}, scale = {2, 2, 2}}}\n"
+            "kandil.spawn{name = 'lamp', parent = p, light = {type = 'spot', intensity = 7, outer_cone_deg = "
+            "30, "
+            "no_shadow = true, color = {1, 0.5, 0}}}\n",
+            &script),
+        KD_OK);
     assert_near(transform_of(w, "parent")->position, (kd_vec3){1, 2, 3}, 0);
     assert_near(transform_of(w, "parent")->scale, (kd_vec3){2, 2, 2}, 0);
     kd_entity lamp = kd_find_named(w, "lamp");
@@ -53,18 +53,20 @@ static void spawn_sets_components_through_reflection(void **state)
     kd_world_destroy(w);
 }
 
-/* -Z must point at the target, X stay level, and straight up or down be finite. Tolerance: a few roundings of unit floats. */
-static void look_at_points_at_the_target(void **state)
-{
+/* -Z must point at the target, X stay level, and straight up or down be finite. Tolerance: a few roundings of
+ * unit floats. */
+static void look_at_points_at_the_target(void **state) {
     (void)state;
-    static const kd_vec3 directions[] = {{0, 0, -1}, {0, 0, 1},        {1, 0, 0},        {-1, 0, 0},     {0, 1, 0},
-                                         {0, -1, 0}, {0.3f, -1, -0.4f}, {-5, 0.01f, 2.5f}, {1e-4f, 1, 0}};
+    static const kd_vec3 directions[] = {{0, 0, -1},        {0, 0, 1},         {1, 0, 0},
+                                         {-1, 0, 0},        {0, 1, 0},         {0, -1, 0},
+                                         {0.3f, -1, -0.4f}, {-5, 0.01f, 2.5f}, {1e-4f, 1, 0}};
     for (size_t i = 0; i < sizeof directions / sizeof *directions; i++) {
         char text[256];
         kd_world *w = fixture_world();
         kd_script *script;
         kd_vec3 d = directions[i];
-        snprintf(text, sizeof text, "kandil.spawn{name = 'e', transform = {look_at = {%.9g, %.9g, %.9g}, position = {4, 5, 6}}}",
+        snprintf(text, sizeof text,
+                 "kandil.spawn{name = 'e', transform = {look_at = {%.9g, %.9g, %.9g}, position = {4, 5, 6}}}",
                  (double)(4 + d.x), (double)(5 + d.y), (double)(6 + d.z));
         assert_int_equal(fixture_load(w, text, &script), KD_OK);
         kd_quat q = transform_of(w, "e")->rotation;
@@ -78,21 +80,23 @@ static void look_at_points_at_the_target(void **state)
     }
 }
 
-/* Read back, 90 degrees is good to a tenth only: an arc sine is flat there, and a quaternion of floats is all there is. */
-static void rotation_deg_turns_about_x_then_y_then_z(void **state)
-{
+/* Read back, 90 degrees is good to a tenth only: an arc sine is flat there, and a quaternion of floats is all
+ * there is. */
+static void rotation_deg_turns_about_x_then_y_then_z(void **state) {
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
-    assert_int_equal(fixture_load(w,
-                                  "local e = kandil.spawn{name = 'y', transform = {rotation_deg = {0, 90, 0}}}\n"
-                                  "kandil.spawn{name = 'xy', transform = {rotation_deg = {90, 90, 0}}}\n"
-                                  "local d = e:get('transform.rotation_deg') assert(math.abs(d[2] - 90) < 0.1)\n"
-                                  "e.transform.rotation_deg = {10, 20, 30} d = e.transform.rotation_deg\n"
-                                  "assert(math.abs(d[1] - 10) < 1e-4 and math.abs(d[2] - 20) < 1e-4 and math.abs(d[3] - 30) < 1e-4)\n"
-                                  "e:set('transform.rotation_deg', {0, 90 + 3600000, 0})\n",
-                                  &script),
-                     KD_OK);
+    assert_int_equal(
+        fixture_load(w,
+                     "local e = kandil.spawn{name = 'y', transform = {rotation_deg = {0, 90, 0}}}\n"
+                     "kandil.spawn{name = 'xy', transform = {rotation_deg = {90, 90, 0}}}\n"
+                     "local d = e:get('transform.rotation_deg') assert(math.abs(d[2] - 90) < 0.1)\n"
+                     "e.transform.rotation_deg = {10, 20, 30} d = e.transform.rotation_deg\n"
+                     "assert(math.abs(d[1] - 10) < 1e-4 and math.abs(d[2] - 20) < 1e-4 and math.abs(d[3] - "
+                     "30) < 1e-4)\n"
+                     "e:set('transform.rotation_deg', {0, 90 + 3600000, 0})\n",
+                     &script),
+        KD_OK);
     /* A quarter turn about +Y takes +Z to +X. */
     assert_near(turned(transform_of(w, "y")->rotation, (kd_vec3){0, 0, 1}), (kd_vec3){1, 0, 0}, 1e-5f);
     /* About x first: +Y goes to +Z; then about y: +Z goes to +X. */
@@ -101,45 +105,49 @@ static void rotation_deg_turns_about_x_then_y_then_z(void **state)
     kd_world_destroy(w);
 }
 
-static void handles_read_write_and_go_stale(void **state)
-{
+static void handles_read_write_and_go_stale(void **state) {
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
     assert_int_equal(
-        fixture_load(w,
-                     "local e = kandil.spawn{name = 'a', light = {}}\n"
-                     "e.transform.position = {1, 2, 3} assert(e.transform.position[2] == 2)\n"
-                     "e:set('light.type', 'point'):set('light.no_shadow', true) assert(e:get('light.type') == 'point')\n"
-                     "assert(e.light.no_shadow == true and e.name == 'a') e.name = 'b' assert(e.name == 'b')\n"
-                     "local c = kandil.spawn{name = 'child', parent = e} local g = kandil.spawn{name = 'grand', parent = c}\n"
-                     "assert(e:child('grand') == g and e:child('child') == c and not pcall(e.child, e, 'nobody'))\n"
-                     "assert(not pcall(function() e.light.intensity = -1 end) and e.light.intensity == 3)\n"
-                     "assert(not pcall(function() e.light.store = 1 end))\n"
-                     "assert(not pcall(function() e.transform.rotation = {0, 0, 0, 0} end))\n"
-                     "assert(not pcall(function() e.transform.position = {1, 2} end))\n"
-                     "assert(not pcall(function() e.transform.position = {1, 2, 0/0} end))\n"
-                     "assert(not pcall(function() e.transform.position = {1, 2, 1e300} end))\n"
-                     "e:destroy() assert(not e:alive() and not g:alive())\n"
-                     "assert(not pcall(function() return e.transform end) and not pcall(e.set, e, 'light.type', 'spot'))\n",
-                     &script),
+        fixture_load(
+            w,
+            "local e = kandil.spawn{name = 'a', light = {}}\n"
+            "e.transform.position = {1, 2, 3} assert(e.transform.position[2] == 2)\n"
+            "e:set('light.type', 'point'):set('light.no_shadow', true) assert(e:get('light.type') == "
+            "'point')\n"
+            "assert(e.light.no_shadow == true and e.name == 'a') e.name = 'b' assert(e.name == 'b')\n"
+            "local c = kandil.spawn{name = 'child', parent = e} local g = kandil.spawn{name = 'grand', "
+            "parent = c}\n"
+            "assert(e:child('grand') == g and e:child('child') == c and not pcall(e.child, e, 'nobody'))\n"
+            "assert(not pcall(function() e.light.intensity = -1 end) and e.light.intensity == 3)\n"
+            "assert(not pcall(function() e.light.store = 1 end))\n"
+            "assert(not pcall(function() e.transform.rotation = {0, 0, 0, 0} end))\n"
+            "assert(not pcall(function() e.transform.position = {1, 2} end))\n"
+            "assert(not pcall(function() e.transform.position = {1, 2, 0/0} end))\n"
+            "assert(not pcall(function() e.transform.position = {1, 2, 1e300} end))\n"
+            "e:destroy() assert(not e:alive() and not g:alive())\n"
+            "assert(not pcall(function() return e.transform end) and not pcall(e.set, e, 'light.type', "
+            "'spot'))\n",
+            &script),
         KD_OK);
     assert_int_equal(kd_entity_count(w), 0);
     kd_script_destroy(script);
     kd_world_destroy(w);
 }
 
-static void animations_and_materials_reach_the_host(void **state)
-{
+static void animations_and_materials_reach_the_host(void **state) {
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
-    assert_int_equal(fixture_load(w,
-                                  "local e = kandil.spawn{mesh = {shape = 'box', size = {1, 2, 3}, segments = 4},\n"
-                                  "  material = {base_color = {1, 0, 0}, metallic = 1, roughness = 0.25, emissive = {9, 8, 7}},\n"
-                                  "  animation = {clip = 'walk', loop = false, speed = 2}}\n",
-                                  &script),
-                     KD_OK);
+    assert_int_equal(
+        fixture_load(
+            w,
+            "local e = kandil.spawn{mesh = {shape = 'box', size = {1, 2, 3}, segments = 4},\n"
+            "  material = {base_color = {1, 0, 0}, metallic = 1, roughness = 0.25, emissive = {9, 8, 7}},\n"
+            "  animation = {clip = 'walk', loop = false, speed = 2}}\n",
+            &script),
+        KD_OK);
     assert_string_equal(fixture_played, "walk 0 2 0");
     assert_near(fixture_spawned.mesh.size, (kd_vec3){1, 2, 3}, 0);
     assert_int_equal(fixture_spawned.mesh.segments, 4);
@@ -147,14 +155,14 @@ static void animations_and_materials_reach_the_host(void **state)
     assert_true(fixture_spawned.material.metallic == 1 && fixture_spawned.material.roughness == 0.25f);
     assert_true(fixture_spawned.material.base_color.x == 1 && fixture_spawned.material.base_color.w == 1);
     kd_script_destroy(script);
-    assert_int_equal(fixture_load(w, "kandil.spawn{}:play('jump', {blend = 0.5, loop = false})", &script), KD_OK);
+    assert_int_equal(fixture_load(w, "kandil.spawn{}:play('jump', {blend = 0.5, loop = false})", &script),
+                     KD_OK);
     assert_string_equal(fixture_played, "jump 0 1 0.5");
     kd_script_destroy(script);
     kd_world_destroy(w);
 }
 
-static void mistakes_name_the_key(void **state)
-{
+static void mistakes_name_the_key(void **state) {
     (void)state;
     static const struct {
         const char *text, *says;
@@ -196,14 +204,14 @@ static void mistakes_name_the_key(void **state)
         kd_world *w = fixture_world();
         kd_script *script;
         kd_status status = fixture_load(w, rows[i].text, &script);
-        if (status != KD_SCRIPT || fixture_errors != 1 || !strstr(fixture_message, rows[i].says) || !strstr(fixture_message, "scene.lua:1:"))
+        if (status != KD_SCRIPT || fixture_errors != 1 || !strstr(fixture_message, rows[i].says) ||
+            !strstr(fixture_message, "scene.lua:1:"))
             fail_msg("%s\ngave status %d: %s", rows[i].text, (int)status, fixture_message);
         kd_world_destroy(w);
     }
 }
 
-static void host_errors_carry_the_line_and_can_be_caught(void **state)
-{
+static void host_errors_carry_the_line_and_can_be_caught(void **state) {
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
@@ -212,24 +220,27 @@ static void host_errors_carry_the_line_and_can_be_caught(void **state)
     assert_int_equal(fixture_errors, 1);
     assert_non_null(strstr(fixture_message, "scene.lua:2: "));
     assert_non_null(strstr(fixture_message, "is broken; repair it"));
-    assert_int_equal(fixture_load(w, "assert(not pcall(kandil.spawn, {model = 'broken.glb'}))", &script), KD_OK);
+    assert_int_equal(fixture_load(w, "assert(not pcall(kandil.spawn, {model = 'broken.glb'}))", &script),
+                     KD_OK);
     assert_int_equal(fixture_errors, 0);
     kd_script_destroy(script);
     kd_world_destroy(w);
 }
 
-static void events_fire_once_in_order_of_time(void **state)
-{
+static void events_fire_once_in_order_of_time(void **state) {
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
-    assert_int_equal(fixture_load(w,
-                                  "log = ''\n"
-                                  "kandil.at(0.1, function(t) log = log .. 'b' end) kandil.at(0, function() log = log .. 'a' end)\n"
-                                  "kandil.at(0.1, function() log = log .. 'c' kandil.at(0.1, function() log = log .. 'd' end) end)\n"
-                                  "function kandil.update(t, dt) log = log .. '|' print(log, t, dt) end\n",
-                                  &script),
-                     KD_OK);
+    assert_int_equal(
+        fixture_load(
+            w,
+            "log = ''\n"
+            "kandil.at(0.1, function(t) log = log .. 'b' end) kandil.at(0, function() log = log .. 'a' end)\n"
+            "kandil.at(0.1, function() log = log .. 'c' kandil.at(0.1, function() log = log .. 'd' end) "
+            "end)\n"
+            "function kandil.update(t, dt) log = log .. '|' print(log, t, dt) end\n",
+            &script),
+        KD_OK);
     /* With 30 steps a second 0.1 s is step 3, although 3/30 is not exactly 0.1. */
     static const char *const logs[] = {"a| ", "a|| ", "a||| ", "a|||bcd| "};
     for (int i = 0; i < 4; i++) {
@@ -237,7 +248,8 @@ static void events_fire_once_in_order_of_time(void **state)
         assert_non_null(strstr(fixture_said, logs[i]));
     }
     kd_script_destroy(script);
-    assert_int_equal(fixture_load(w, "function kandil.update(t)\n if t > 0 then error('late') end end", &script), KD_OK);
+    assert_int_equal(
+        fixture_load(w, "function kandil.update(t)\n if t > 0 then error('late') end end", &script), KD_OK);
     assert_int_equal(kd_script_step(script, 0, 1), KD_OK);
     assert_int_equal(kd_script_step(script, 1, 1), KD_SCRIPT);
     assert_non_null(strstr(fixture_message, "scene.lua:2: late"));
@@ -245,12 +257,14 @@ static void events_fire_once_in_order_of_time(void **state)
     kd_world_destroy(w);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(spawn_sets_components_through_reflection), cmocka_unit_test(look_at_points_at_the_target),
-        cmocka_unit_test(rotation_deg_turns_about_x_then_y_then_z), cmocka_unit_test(handles_read_write_and_go_stale),
-        cmocka_unit_test(animations_and_materials_reach_the_host),  cmocka_unit_test(mistakes_name_the_key),
+        cmocka_unit_test(spawn_sets_components_through_reflection),
+        cmocka_unit_test(look_at_points_at_the_target),
+        cmocka_unit_test(rotation_deg_turns_about_x_then_y_then_z),
+        cmocka_unit_test(handles_read_write_and_go_stale),
+        cmocka_unit_test(animations_and_materials_reach_the_host),
+        cmocka_unit_test(mistakes_name_the_key),
         cmocka_unit_test(host_errors_carry_the_line_and_can_be_caught),
         cmocka_unit_test(events_fire_once_in_order_of_time),
     };

@@ -9,8 +9,7 @@
 
 #include "tests/script_fixture.h"
 
-static kd_status run(const char *text)
-{
+static kd_status run(const char *text) {
     kd_world *w = fixture_world();
     kd_script *script;
     kd_status status = fixture_load(w, text, &script);
@@ -19,49 +18,52 @@ static kd_status run(const char *text)
     return status;
 }
 
-static void expect_failure(const char *text, const char *says)
-{
+static void expect_failure(const char *text, const char *says) {
     struct timespec from, to;
     clock_gettime(CLOCK_MONOTONIC, &from);
     kd_status status = run(text);
     clock_gettime(CLOCK_MONOTONIC, &to);
-    if (status != KD_SCRIPT || fixture_errors != 1 || !strstr(fixture_message, says) || !strstr(fixture_message, "; "))
+    if (status != KD_SCRIPT || fixture_errors != 1 || !strstr(fixture_message, says) ||
+        !strstr(fixture_message, "; "))
         fail_msg("%s\ngave status %d, %d messages: %s", text, (int)status, fixture_errors, fixture_message);
     if (to.tv_sec - from.tv_sec > 60)
         fail_msg("%s\ntook more than a minute", text);
 }
 
-static void the_system_is_out_of_reach(void **state)
-{
+static void the_system_is_out_of_reach(void **state) {
     (void)state;
-    assert_int_equal(run("for _, n in ipairs{'os','io','package','debug','require','dofile','loadfile','collectgarbage'} do\n"
-                         "  if _G[n] ~= nil then error(n) end end\n"
-                         "assert(string.dump == nil)\n"
-                         "assert(not pcall(load, string.char(27) .. 'Lua'))\n"      /* a function: only text is taken */
-                         "assert(load('\\27Lua') == nil)\n"
-                         "assert(load('return 1 + 1')() == 2)\n"
-                         "assert(getmetatable('') == 'protected')\n"
-                         "assert(not pcall(setmetatable, {}, {__gc = function() end}))\n"
-                         "assert(getmetatable(kandil) == 'protected')\n"),
-                     KD_SCRIPT);
-    /* The third line must have failed there: pcall(load, text) succeeds and returns nil, so assert(not true) raises. */
+    assert_int_equal(
+        run("for _, n in ipairs{'os','io','package','debug','require','dofile','loadfile','collectgarbage'} "
+            "do\n"
+            "  if _G[n] ~= nil then error(n) end end\n"
+            "assert(string.dump == nil)\n"
+            "assert(not pcall(load, string.char(27) .. 'Lua'))\n" /* a function: only text is taken */
+            "assert(load('\\27Lua') == nil)\n"
+            "assert(load('return 1 + 1')() == 2)\n"
+            "assert(getmetatable('') == 'protected')\n"
+            "assert(not pcall(setmetatable, {}, {__gc = function() end}))\n"
+            "assert(getmetatable(kandil) == 'protected')\n"),
+        KD_SCRIPT);
+    /* The third line must have failed there: pcall(load, text) succeeds and returns nil, so assert(not true)
+     * raises. */
     assert_non_null(strstr(fixture_message, "scene.lua:4:"));
-    assert_int_equal(run("assert(string.dump == nil)\n"
-                         "assert(load('\\27Lua') == nil)\n"
-                         "assert(not pcall(load, function() return 'x' end))\n"
-                         "assert(load('return 1 + 1')() == 2)\n"
-                         "assert(load('return x', 'chunk', 't', {x = 5})() == 5)\n"
-                         "assert(getmetatable('') == 'protected')\n"
-                         "assert(not pcall(setmetatable, {}, {__gc = function() end}))\n"
-                         "assert(getmetatable(kandil) == 'protected')\n"
-                         "assert(getmetatable(kandil.spawn{}) == 'protected')\n"
-                         "for _, n in ipairs{'os','io','package','debug','require','dofile','loadfile','collectgarbage'} do\n"
-                         "  if _G[n] ~= nil then error(n) end end\n"),
-                     KD_OK);
+    assert_int_equal(
+        run("assert(string.dump == nil)\n"
+            "assert(load('\\27Lua') == nil)\n"
+            "assert(not pcall(load, function() return 'x' end))\n"
+            "assert(load('return 1 + 1')() == 2)\n"
+            "assert(load('return x', 'chunk', 't', {x = 5})() == 5)\n"
+            "assert(getmetatable('') == 'protected')\n"
+            "assert(not pcall(setmetatable, {}, {__gc = function() end}))\n"
+            "assert(getmetatable(kandil) == 'protected')\n"
+            "assert(getmetatable(kandil.spawn{}) == 'protected')\n"
+            "for _, n in ipairs{'os','io','package','debug','require','dofile','loadfile','collectgarbage'} "
+            "do\n"
+            "  if _G[n] ~= nil then error(n) end end\n"),
+        KD_OK);
 }
 
-static void endless_work_is_stopped(void **state)
-{
+static void endless_work_is_stopped(void **state) {
     (void)state;
     static const char *const scripts[] = {
         "while true do end",
@@ -70,8 +72,10 @@ static void endless_work_is_stopped(void **state)
         "coroutine.wrap(function() while true do end end)()",
         "while true do coroutine.wrap(function() for i = 1, 150 do end end)() end",
         "xpcall(function() while true do end end, function() while true do end end)",
-        "coroutine.wrap(function() local x <close> = setmetatable({}, {__close = function() while true do end end}) while true do end end)()",
-        "local c = coroutine.create(function() local x <close> = setmetatable({}, {__close = function() while true do end end})\n"
+        "coroutine.wrap(function() local x <close> = setmetatable({}, {__close = function() while true do "
+        "end end}) while true do end end)()",
+        "local c = coroutine.create(function() local x <close> = setmetatable({}, {__close = function() "
+        "while true do end end})\n"
         "while true do end end) coroutine.resume(c) coroutine.close(c)",
         "error(setmetatable({}, {__tostring = function() while true do end end}))",
         "string.rep('a', 100000):find(('.-'):rep(12) .. 'b')",
@@ -80,7 +84,8 @@ static void endless_work_is_stopped(void **state)
         "for w in string.rep('a', 100000):gmatch(('a-'):rep(8) .. 'b') do end",
         "string.rep('a', 1000000):find(string.rep('a', 500000) .. 'b', 1, true)",
         "string.rep(string.rep('(', 1000000), 1):match(('%b()'):rep(1) .. 'x')",
-        "local t = setmetatable({}, {__index = function(t, k) return k end}) local i = 0 while t[i] do i = i + 1 end",
+        "local t = setmetatable({}, {__index = function(t, k) return k end}) local i = 0 while t[i] do i = i "
+        "+ 1 end",
         "table.sort({3, 2, 1}, function() while true do end end)",
         "repeat local x <close> = setmetatable({}, {__close = function() while true do end end}) until false",
         "while true do local s = ('x'):rep(1000000) end",
@@ -92,18 +97,18 @@ static void endless_work_is_stopped(void **state)
     expect_failure("local a = 1\nwhile true do a = a + 1 end", "scene.lua:2: ran for too long");
 }
 
-static void loops_inside_one_library_call_are_refused(void **state)
-{
+static void loops_inside_one_library_call_are_refused(void **state) {
     (void)state;
     expect_failure("table.move({}, 1, 1 << 53, 2)", "out of range");
-    expect_failure("table.insert(setmetatable({}, {__len = function() return 1 << 53 end}), 1, 1)", "too long");
-    expect_failure("table.sort(setmetatable({}, {__len = function() return (1 << 31) - 2 end}), rawequal)", "too long");
+    expect_failure("table.insert(setmetatable({}, {__len = function() return 1 << 53 end}), 1, 1)",
+                   "too long");
+    expect_failure("table.sort(setmetatable({}, {__len = function() return (1 << 31) - 2 end}), rawequal)",
+                   "too long");
     expect_failure("table.concat(setmetatable({}, {__index = rawlen}), '', 1, 1 << 40)", "out of range");
     assert_int_equal(run("assert(string.rep('', 1 << 62) == '')"), KD_OK);
 }
 
-static void memory_is_bounded(void **state)
-{
+static void memory_is_bounded(void **state) {
     (void)state;
     expect_failure("local t = {} while true do t[#t + 1] = ('x'):rep(100000) .. #t end", "MiB of memory");
     expect_failure("local s = 'x' while true do s = s .. s end", "MiB of memory");
@@ -111,22 +116,21 @@ static void memory_is_bounded(void **state)
     expect_failure("local function f(...) return f(1, ...) end f()", "scene.lua");
 }
 
-static void errors_name_the_line(void **state)
-{
+static void errors_name_the_line(void **state) {
     (void)state;
     expect_failure("local x = 1\nlocal y = = 2\n", "/scene.lua:2: unexpected symbol near '='; ");
     expect_failure("\n\nlocal x = nothing.here", "/scene.lua:3: attempt to index a nil value");
     expect_failure("\nerror('no room')", "/scene.lua:2: no room; ");
     expect_failure("error({code = 5})", "/scene.lua");
-    expect_failure("error(setmetatable({}, {__tostring = function() return 'custom' end}))", "/scene.lua:1: custom");
+    expect_failure("error(setmetatable({}, {__tostring = function() return 'custom' end}))",
+                   "/scene.lua:1: custom");
     expect_failure("error('two\\nlines\\27[31m')", "two lines [31m");
     expect_failure("error(nil)", "/scene.lua");
     expect_failure("\27Lua", "/scene.lua");
     expect_failure("x = ", "/scene.lua:1:");
 }
 
-static void files_stay_below_the_scenario(void **state)
-{
+static void files_stay_below_the_scenario(void **state) {
     (void)state;
     char path[128];
     fixture_write("room.glb", "x", 1);
@@ -143,12 +147,12 @@ static void files_stay_below_the_scenario(void **state)
     expect_failure("kandil.spawn{model = 'link.glb'}", "outside the scenario's folder");
 }
 
-static void chance_and_order_are_the_same_every_time(void **state)
-{
+static void chance_and_order_are_the_same_every_time(void **state) {
     (void)state;
     char first[2048];
-    const char *text = "local s = {} for i = 1, 40 do s['key' .. i] = i end local o = {}\n"
-                       "for k in pairs(s) do o[#o + 1] = k end print(math.random(1000000), table.concat(o, ' '))";
+    const char *text =
+        "local s = {} for i = 1, 40 do s['key' .. i] = i end local o = {}\n"
+        "for k in pairs(s) do o[#o + 1] = k end print(math.random(1000000), table.concat(o, ' '))";
     assert_int_equal(run(text), KD_OK);
     strcpy(first, fixture_said);
     assert_non_null(strstr(first, "key1 key10 key11"));
@@ -159,40 +163,56 @@ static void chance_and_order_are_the_same_every_time(void **state)
     expect_failure("math.randomseed()", "scene.lua");
 }
 
-/* The matcher is our own: the manual's examples and corner cases, each derived from the reference manual, section 6.4. */
-static void patterns_match_as_the_manual_says(void **state)
-{
+/* The matcher is our own: the manual's examples and corner cases, each derived from the reference manual,
+ * section 6.4. */
+static void patterns_match_as_the_manual_says(void **state) {
     (void)state;
     assert_int_equal(
-        run("local function eq(a, b) if a ~= b then error(tostring(a) .. ' is not ' .. tostring(b), 2) end end\n"
+        run("local function eq(a, b) if a ~= b then error(tostring(a) .. ' is not ' .. tostring(b), 2) end "
+            "end\n"
             "local i, j = ('hello world'):find('o w') eq(i, 5) eq(j, 7)\n"
-            "eq(('hello'):find('l'), 3) eq(('hello'):find('l', 4), 4) eq(('hello'):find('l', -1), nil) eq(('hello'):find(''), 1)\n"
-            "eq(('a.b'):find('.', 1, true), 2) eq(('a+b'):find('+', 1, true), 2) eq(('abc'):find('', 10), nil) eq(('abc'):find('', 4), 4)\n"
-            "eq(('key = value'):match('^(%w+)%s*=%s*(%w+)$'), 'key') eq(select(2, ('key = value'):match('^(%w+)%s*=%s*(%w+)$')), 'value')\n"
-            "eq(('  x  '):match('^%s*(.-)%s*$'), 'x') eq(('[[x]]'):match('%[%[(.-)%]%]'), 'x') eq(('2024-05'):match('%d+', 5), '05')\n"
+            "eq(('hello'):find('l'), 3) eq(('hello'):find('l', 4), 4) eq(('hello'):find('l', -1), nil) "
+            "eq(('hello'):find(''), 1)\n"
+            "eq(('a.b'):find('.', 1, true), 2) eq(('a+b'):find('+', 1, true), 2) eq(('abc'):find('', 10), "
+            "nil) eq(('abc'):find('', 4), 4)\n"
+            "eq(('key = value'):match('^(%w+)%s*=%s*(%w+)$'), 'key') eq(select(2, ('key = "
+            "value'):match('^(%w+)%s*=%s*(%w+)$')), 'value')\n"
+            "eq(('  x  '):match('^%s*(.-)%s*$'), 'x') eq(('[[x]]'):match('%[%[(.-)%]%]'), 'x') "
+            "eq(('2024-05'):match('%d+', 5), '05')\n"
             "eq(('f(a(b)c)d'):match('%b()'), '(a(b)c)') eq(('THE (quick) fox'):find('%((%a+)%)'), 5)\n"
             "eq(('hello'):match('()ll()'), 3) eq(select(2, ('hello'):match('()ll()')), 5)\n"
-            "eq(('aXb'):match('[^%l]'), 'X') eq(('a]b'):match('[]]'), ']') eq(('a-b'):match('[a%-]+'), 'a-') eq(('x^'):match('[x^]+'), 'x^')\n"
+            "eq(('aXb'):match('[^%l]'), 'X') eq(('a]b'):match('[]]'), ']') eq(('a-b'):match('[a%-]+'), 'a-') "
+            "eq(('x^'):match('[x^]+'), 'x^')\n"
             "eq(('abab'):match('(ab)%1'), 'ab') eq(('\"q\\'q\"'):match('([\"\\'])(.-)%1'), '\"')\n"
-            "eq(('THE (quick) fox'):gsub('%f[%a]%a+', 'w'), 'w (w) w') eq(('a,b,,c'):gsub(',', ';'), 'a;b;;c')\n"
-            "eq(('hello world'):gsub('o', '0', 1), 'hell0 world') eq(select(2, ('aaa'):gsub('a', 'b')), 3) eq(('abc'):gsub('', '-'), '-a-b-c-')\n"
-            "eq(('hello'):gsub('(l)(l)', '%2%1%0'), 'hellllo') eq(('abc'):gsub('%w', '%0%0'), 'aabbcc') eq(('abc'):gsub('b', {b = 'x'}), 'axc')\n"
-            "eq(('abc'):gsub('%w', function(c) return c == 'b' and 'B' or nil end), 'aBc') eq(('x'):gsub('x', '%%'), '%')\n"
-            "local t = {} for k, v in ('a=1, b=2'):gmatch('(%w+)=(%w+)') do t[#t + 1] = k .. v end eq(table.concat(t, ','), 'a1,b2')\n"
+            "eq(('THE (quick) fox'):gsub('%f[%a]%a+', 'w'), 'w (w) w') eq(('a,b,,c'):gsub(',', ';'), "
+            "'a;b;;c')\n"
+            "eq(('hello world'):gsub('o', '0', 1), 'hell0 world') eq(select(2, ('aaa'):gsub('a', 'b')), 3) "
+            "eq(('abc'):gsub('', '-'), '-a-b-c-')\n"
+            "eq(('hello'):gsub('(l)(l)', '%2%1%0'), 'hellllo') eq(('abc'):gsub('%w', '%0%0'), 'aabbcc') "
+            "eq(('abc'):gsub('b', {b = 'x'}), 'axc')\n"
+            "eq(('abc'):gsub('%w', function(c) return c == 'b' and 'B' or nil end), 'aBc') "
+            "eq(('x'):gsub('x', '%%'), '%')\n"
+            "local t = {} for k, v in ('a=1, b=2'):gmatch('(%w+)=(%w+)') do t[#t + 1] = k .. v end "
+            "eq(table.concat(t, ','), 'a1,b2')\n"
             "local n = 0 for w in ('one two'):gmatch('%a*') do n = n + 1 end eq(n, 3 - 1)\n"
-            "eq(('abc'):match('a?b?c?d?'), 'abc') eq(('aaab'):match('a-b'), 'aaab') eq(('aaa'):match('a+'), 'aaa') eq(('$5'):match('$%d'), '$5')\n"
-            "eq(pcall(string.match, 'a', '['), false) eq(pcall(string.match, 'a', '%'), false) eq(pcall(string.match, 'a', '(a'), false)\n"
-            "eq(pcall(string.match, 'a', 'a)'), false) eq(pcall(string.match, 'a', '%1'), false) eq(pcall(string.gsub, 'a', 'a', '%9'), false)\n"),
+            "eq(('abc'):match('a?b?c?d?'), 'abc') eq(('aaab'):match('a-b'), 'aaab') eq(('aaa'):match('a+'), "
+            "'aaa') eq(('$5'):match('$%d'), '$5')\n"
+            "eq(pcall(string.match, 'a', '['), false) eq(pcall(string.match, 'a', '%'), false) "
+            "eq(pcall(string.match, 'a', '(a'), false)\n"
+            "eq(pcall(string.match, 'a', 'a)'), false) eq(pcall(string.match, 'a', '%1'), false) "
+            "eq(pcall(string.gsub, 'a', 'a', '%9'), false)\n"),
         KD_OK);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_system_is_out_of_reach),     cmocka_unit_test(endless_work_is_stopped),
+        cmocka_unit_test(the_system_is_out_of_reach),
+        cmocka_unit_test(endless_work_is_stopped),
         cmocka_unit_test(loops_inside_one_library_call_are_refused),
-        cmocka_unit_test(memory_is_bounded),              cmocka_unit_test(errors_name_the_line),
-        cmocka_unit_test(files_stay_below_the_scenario),  cmocka_unit_test(chance_and_order_are_the_same_every_time),
+        cmocka_unit_test(memory_is_bounded),
+        cmocka_unit_test(errors_name_the_line),
+        cmocka_unit_test(files_stay_below_the_scenario),
+        cmocka_unit_test(chance_and_order_are_the_same_every_time),
         cmocka_unit_test(patterns_match_as_the_manual_says),
     };
     return cmocka_run_group_tests(tests, fixture_open, fixture_close);
