@@ -49,7 +49,8 @@ typedef struct kd_voxel_object {
     uint32_t deformed;           /* deformed primitive plus one; 0 rigid */
     uint32_t kind;               /* KD_VOXEL_* */
     uint32_t material;
-    bool alive, seen, dynamic;
+    bool alive, seen;
+    bool dynamic;                /* deforms, or has moved: its voxels no longer follow the world's lattice */
     bool becomes_dynamic;        /* moved for the first time: leaves the static layer this frame */
     bool recache;                /* its segments hold voxels of a cache that no longer fits */
     bool emission_changed;
@@ -75,7 +76,7 @@ typedef struct kd_voxel_pages {
 typedef struct kd_voxel_scene {
     uint32_t cascade_count, resolution, resolution_log2;
     float span_m;
-    bool one_layer;                      /* svo.layers = one: everything is dynamic */
+    bool one_layer;                      /* svo.layers = one: everything goes through the dynamic layer */
     float span[KD_MAX_CASCADES];
     kd_vec3 origin_ws[KD_MAX_CASCADES];  /* low corners */
     bool moved;                          /* the cascades moved this frame */

@@ -83,7 +83,7 @@ static kd_status add(voxel_objects *t, kd_voxel_scene *scene, const voxel_sight 
                            .alive = true,
                            .model_ws = s->model_ws,
                            .cached_scale = s->scale,
-                           .dynamic = s->kind != KD_VOXEL_RIGID || scene->one_layer};
+                           .dynamic = s->kind != KD_VOXEL_RIGID};
     t->live++;
     insert_slot(t, scene, index);
     *out = o;

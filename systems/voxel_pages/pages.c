@@ -54,9 +54,9 @@ static void *list_push(list *l, size_t size)
     return (char *)l->items + size * l->count++;
 }
 
-static kd_voxel_layer layer_of(const kd_voxel_object *o)
+static kd_voxel_layer layer_of(const kd_voxel_scene *scene, const kd_voxel_object *o)
 {
-    return o->dynamic ? KD_LAYER_DYNAMIC : KD_LAYER_STATIC;
+    return o->dynamic || scene->one_layer ? KD_LAYER_DYNAMIC : KD_LAYER_STATIC;
 }
 
 static bool take_id(layer_pages *layer, uint32_t *id)
@@ -73,8 +73,8 @@ static void include_chunk(pages_state *state, kd_voxel_scene *scene, uint32_t ob
 {
     const kd_voxel_chunk *ch = &scene->chunks[chunk];
     kd_voxel_object *o = &scene->objects[object];
-    layer_pages *layer = &state->layers[layer_of(o)];
-    kd_voxel_pages *pages = &scene->pages[layer_of(o)];
+    layer_pages *layer = &state->layers[layer_of(scene, o)];
+    kd_voxel_pages *pages = &scene->pages[layer_of(scene, o)];
     for (uint32_t at = 0; at < ch->count; at += KD_SEGMENT_VOXELS) {
         uint32_t count = ch->count - at < KD_SEGMENT_VOXELS ? ch->count - at : KD_SEGMENT_VOXELS;
         segment_request *r = list_push(&layer->in, sizeof *r);
@@ -100,13 +100,13 @@ static void include(pages_state *state, kd_voxel_scene *scene, uint32_t object, 
     o->voxels[c] = cache->voxel_count;
     for (uint32_t i = 0; i < cache->chunk_count; i++)
         include_chunk(state, scene, object, c, cache->first_chunk + i);
-    scene->pages[layer_of(o)].changed = true;
+    scene->pages[layer_of(scene, o)].changed = true;
 }
 
 static void exclude(pages_state *state, kd_voxel_scene *scene, kd_voxel_object *o, uint32_t c)
 {
-    layer_pages *layer = &state->layers[layer_of(o)];
-    kd_voxel_pages *pages = &scene->pages[layer_of(o)];
+    layer_pages *layer = &state->layers[layer_of(scene, o)];
+    kd_voxel_pages *pages = &scene->pages[layer_of(scene, o)];
     const uint32_t *ids = (const uint32_t *)state->ids.items + o->first_segment[c];
     for (uint32_t i = 0; i < o->segment_count[c]; i++) {
         uint32_t *out = list_push(&layer->out, sizeof *out), *back = list_push(&layer->free_ids, sizeof *back);
