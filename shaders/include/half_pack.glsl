@@ -11,6 +11,6 @@ uint rgb9e5_pack(vec3 color)
 
 vec3 rgb9e5_unpack(uint word)
 {
-    float scale = exp2(float(word >> 27) - 24.0);
+    float scale = uintBitsToFloat(((word >> 27) + 103u) << 23); // 2^(exponent - 24)
     return vec3(word & 511u, (word >> 9) & 511u, (word >> 18) & 511u) * scale;
 }

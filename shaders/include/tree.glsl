@@ -41,8 +41,8 @@ int tree_octant(ivec3 cell, int shift)
     return o.x | o.y << 1 | o.z << 2;
 }
 
-// The cell of a sparse level: `level` 0 are leaves, 1 … KD_SPARSE_LEVELS - 1 the nodes above them. Cells of that level's size.
-vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 direction)
+// Down to the parent of a cell of a sparse level: its node, or KD_EMPTY. `level` 0 are leaves.
+uint tree_parent(int c, int level, ivec3 cell)
 {
     int shift = KD_SPARSE_LEVELS - level;
     uint node = tree_dense_node(c, cell >> shift);
@@ -52,11 +52,22 @@ vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 direction)
             break;
         node = texelFetch(tree_nodes, int(tree.node_offset[l] + node * 8u) + tree_octant(cell, shift)).r;
     }
+    return node;
+}
+
+uvec2 tree_fetch_leaf(int c, ivec3 cell)
+{
+    uint parent = tree_parent(c, 0, cell);
+    return parent == KD_EMPTY ? uvec2(0u) : texelFetch(tree_leaves, int(parent) * 8 + tree_octant(cell, 0)).rg;
+}
+
+// A node of sparse level 1 … KD_SPARSE_LEVELS - 1, as a ray along `direction` sees it.
+vec4 tree_fetch_node(int c, int level, ivec3 cell, vec3 direction)
+{
+#if KD_SPARSE_LEVELS > 1
+    uint node = tree_parent(c, level, cell);
     if (node == KD_EMPTY)
         return vec4(0.0);
-    if (level == 0)
-        return leaf_seen(texelFetch(tree_leaves, int(node) * 8 + tree_octant(cell, 0)).rg, direction);
-#if KD_SPARSE_LEVELS > 1
     node = texelFetch(tree_nodes, int(tree.node_offset[KD_SPARSE_LEVELS - level - 1] + node * 8u) + tree_octant(cell, 0)).r;
     if (node == KD_EMPTY)
         return vec4(0.0);
@@ -66,8 +77,36 @@ vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 direction)
 #endif
 }
 
-// Trilinear by hand over the eight cells round p (Yalciner 2016, section 4.6).
-vec4 tree_sample_sparse(int c, int level, vec3 p_ws, vec3 direction)
+vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 direction)
+{
+    return level == 0 ? leaf_seen(leaf_unpack(tree_fetch_leaf(c, cell)), direction) : tree_fetch_node(c, level, cell, direction);
+}
+
+// Trilinear by hand over the eight cells round p (Yalciner 2016, section 4.6). Leaves: what is interpolated is their matter,
+// and which side of it the ray meets is asked once, of the mean normal.
+vec4 tree_sample_leaves(int c, vec3 p_ws, vec3 direction)
+{
+    vec3 p = (p_ws - tree.cascade[c].xyz) / tree.cascade[c].w - 0.5;
+    ivec3 low = ivec3(floor(p)), top = ivec3(tree_resolution() - 1);
+    vec3 f = p - vec3(low), light = vec3(0.0), normal = vec3(0.0);
+    float depth = 0.0, both_sides = 0.0;
+    for (int i = 0; i < 8; i++) {
+        ivec3 o = ivec3(i, i >> 1, i >> 2) & 1;
+        vec3 w = mix(1.0 - f, f, vec3(o));
+        uvec2 word = tree_fetch_leaf(c, clamp(low + o, ivec3(0), top));
+        leaf_value v = leaf_unpack(word);
+        float d = w.x * w.y * w.z * v.depth;
+        light += d * v.radiance;
+        normal += d * v.normal;
+        both_sides += v.double_sided ? d : 0.0;
+        depth += d;
+    }
+    if (depth <= 0.0)
+        return vec4(0.0);
+    return leaf_seen(leaf_value(light / depth, normal / depth, depth, both_sides > 0.5 * depth), direction);
+}
+
+vec4 tree_sample_nodes(int c, int level, vec3 p_ws, vec3 direction)
 {
     vec3 p = (p_ws - tree.cascade[c].xyz) / (tree.cascade[c].w * float(1 << level)) - 0.5;
     ivec3 low = ivec3(floor(p));
@@ -77,7 +116,7 @@ vec4 tree_sample_sparse(int c, int level, vec3 p_ws, vec3 direction)
     for (int i = 0; i < 8; i++) {
         ivec3 o = ivec3(i, i >> 1, i >> 2) & 1;
         vec3 w = mix(1.0 - f, f, vec3(o));
-        sum += (w.x * w.y * w.z) * tree_fetch_sparse(c, level, clamp(low + o, ivec3(0), ivec3(top)), direction);
+        sum += (w.x * w.y * w.z) * tree_fetch_node(c, level, clamp(low + o, ivec3(0), ivec3(top)), direction);
     }
     return sum;
 }
@@ -109,7 +148,11 @@ vec4 tree_sample(int k, int lod, vec3 p_ws, vec3 direction)
     lod = min(lod, tree_cascades() - 1 + KD_SPARSE_LEVELS + KD_DENSE_MIPS);
     vec4 v;
     if (lod < k + KD_SPARSE_LEVELS) {
-        v = tree_sample_sparse(k, lod - k, p_ws, direction);
+#if KD_SPARSE_LEVELS > 1
+        v = lod == k ? tree_sample_leaves(k, p_ws, direction) : tree_sample_nodes(k, lod - k, p_ws, direction);
+#else
+        v = tree_sample_leaves(k, p_ws, direction);
+#endif
     } else {
         int c = min(lod - KD_SPARSE_LEVELS, tree_cascades() - 1);
         v = tree_sample_dense(c, max(lod - KD_SPARSE_LEVELS - c, 0), p_ws, direction);

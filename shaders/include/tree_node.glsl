@@ -51,9 +51,8 @@ float leaf_facing(leaf_value v, vec3 direction)
 }
 
 // (tau S, tau) as a ray along `direction` sees it.
-vec4 leaf_seen(uvec2 word, vec3 direction)
+vec4 leaf_seen(leaf_value v, vec3 direction)
 {
-    leaf_value v = leaf_unpack(word);
     float depth = v.depth * leaf_facing(v, direction);
     return vec4(v.radiance * depth, depth);
 }

@@ -1,6 +1,6 @@
 // Conservative (26-separating) voxelization of triangles without the rasteriser: one invocation walks one column of cells,
 // along the triangle's dominant axis, under the triangle's bounding rectangle. Overlap tests after Schwarz & Seidel 2010,
-// section 3.1: plane against box, then the three projections of the triangle against the box's.
+// section 3.1: bounds against box, plane against box, then the three projections of the triangle against the box's.
 // The including pass defines `void fragment(uint triangle, uvec3 cell, vec3 barycentric)`.
 
 #include "shaders/shared/voxel.h"
@@ -50,6 +50,12 @@ uint find_triangle(uint column)
             high = middle;
     }
     return low;
+}
+
+// Is this row of cells within the triangle's bounds? Edges alone would let cells beyond a sharp corner pass.
+bool in_bounds(float a, float b, float c, float low)
+{
+    return floor(min(a, min(b, c))) <= low && low <= floor(max(a, max(b, c)));
 }
 
 // Does the unit square at `low` touch the triangle, in one projection? `turn` is the sign of its winding there.
