@@ -35,7 +35,7 @@ typedef enum kd_setting_type { KD_SETTING_BOOL, KD_SETTING_I32, KD_SETTING_F32, 
     X(I32, voxels, cascades, 3, 1, 4, NULL, NULL, "nested cascades; each doubles the span")                  \
     X(ENUM, svo, layers, KD_SVO_LAYERS_TWO, 0, 1, layers_words, NULL, "keep static voxels apart, or rebuild all") \
     X(I32, cones, count, 6, 3, 16, NULL, NULL, "diffuse cones a pixel")                                      \
-    X(F32, cones, aperture_deg, 50, 10, 120, NULL, "deg", "full opening angle of a diffuse cone")            \
+    X(F32, cones, aperture_deg, 60, 10, 120, NULL, "deg", "full opening angle of a diffuse cone")            \
     X(F32, cones, step, 0.5f, 0.1, 2, NULL, "diameters", "step along a cone")                                \
     X(F32, cones, max_distance, 0, 0, 1e6, NULL, "m", "end of a cone; 0: the whole tree")                    \
     X(I32, cones, resolution, 2, 1, 4, NULL, "pixels", "trace every n-th pixel of both axes")                \

@@ -41,13 +41,13 @@ leaf_value leaf_unpack(uvec2 w)
 }
 
 // Share of a leaf's matter that a ray along `direction` meets from its front: none when it runs along the surface or leaves
-// it, all from about 37 degrees of incidence on. Where normals cancel (edges, sheets thinner than a voxel) all of it counts.
+// it, all from 30 degrees of incidence on. Where normals cancel (edges, sheets thinner than a voxel) all of it counts.
 float leaf_facing(leaf_value v, vec3 direction)
 {
     float towards = -dot(v.normal, direction);
     if (v.double_sided)
         towards = abs(towards);
-    return smoothstep(0.1, 0.6, towards + 0.8 * max(0.9 - length(v.normal), 0.0));
+    return smoothstep(0.0, 0.5, towards + 0.8 * max(0.9 - length(v.normal), 0.0));
 }
 
 // (tau S, tau) as a ray along `direction` sees it.

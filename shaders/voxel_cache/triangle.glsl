@@ -86,6 +86,8 @@ void visit_column(uint column)
     vec3 r = cell_position(vertex_of(triangle, 2u));
     vec3 a = to_column(p, axis), b = to_column(q, axis), c = to_column(r, axis);
     vec3 n = cross(b - a, c - a);
+    if (!in_bounds(a.x, b.x, c.x, low.x) || !in_bounds(a.y, b.y, c.y, low.y))
+        return;
     if (!overlaps_2d(a.xy, b.xy, c.xy, low, n.z))
         return;
 
