@@ -13,7 +13,7 @@
 #define HALL_FOV_Y  1.0471976f /* 60 degrees */
 #define SUN_LX      4.0f
 #define SKY         0.3f
-#define HALL_EV     1.5f /* most of a hall is in shade, and seen by what bounces */
+#define HALL_EV     2.5f /* most of a hall is in shade, and seen by what bounces */
 
 /* Rotation that takes -Z to the target and +Y upwards; never asked to look straight up or down. */
 static kd_quat look_at(kd_vec3 from, kd_vec3 to) {
