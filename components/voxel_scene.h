@@ -28,9 +28,10 @@ typedef struct kd_voxel_chunk {
 
 struct kd_primitive_desc;
 
-/* Voxels of one store primitive at one span: one or more chunks. */
+/* Voxels of one store primitive in one material at one span: one or more chunks. */
 typedef struct kd_voxel_cache {
     uint32_t primitive;  /* store primitive (rest pose) */
+    uint32_t material;   /* the entity's own, or the primitive's */
     const struct kd_primitive_desc *desc;
     uint32_t kind;       /* KD_VOXEL_* */
     bool made;           /* its chunks are in the cache */
@@ -53,7 +54,6 @@ typedef struct kd_voxel_object {
     bool dynamic;                /* deforms, or has moved: its voxels no longer follow the world's lattice */
     bool becomes_dynamic;        /* moved for the first time: leaves the static layer this frame */
     bool recache;                /* its segments hold voxels of a cache that no longer fits */
-    bool emission_changed;
     kd_mat4 model_ws;
     uint32_t first_matrix;       /* skinned: in this frame's joint palette */
     kd_vec3 bounds_min_ws, bounds_max_ws;

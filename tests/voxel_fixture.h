@@ -246,25 +246,29 @@ static inline void voxel_capture_free(voxel_capture *c)
 
 /* ---- floods ---- */
 
-/* Fill n^3 cells from the border through cells that are not wall, six-connected; outside[] is 1 where it came. */
-static inline void voxel_flood(const uint8_t *wall, uint32_t n, uint8_t *outside)
+/* Fill a grid of cells from its border through those that are not wall, six-connected; outside[] is 1 where it came. */
+static inline void voxel_flood(const uint8_t *wall, const uint32_t size[3], uint8_t *outside)
 {
-    uint32_t count = n * n * n, top = 0, *stack = malloc((size_t)count * sizeof *stack);
+    size_t step[4] = {1, size[0], (size_t)size[0] * size[1], (size_t)size[0] * size[1] * size[2]}, top = 0;
+    size_t *stack = malloc(step[3] * sizeof *stack);
     assert_non_null(stack);
-    memset(outside, 0, count);
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t x = i % n, y = i / n % n, z = i / (n * n);
-        bool border = x == 0 || y == 0 || z == 0 || x == n - 1 || y == n - 1 || z == n - 1;
+    memset(outside, 0, step[3]);
+    for (size_t i = 0; i < step[3]; i++) {
+        bool border = false;
+        for (int k = 0; k < 3; k++)
+            border = border || i / step[k] % size[k] == 0 || i / step[k] % size[k] == size[k] - 1;
         if (border && !wall[i])
             outside[stack[top++] = i] = 1;
     }
     while (top) {
-        uint32_t i = stack[--top], x = i % n, y = i / n % n, z = i / (n * n);
-        uint32_t next[6] = {x ? i - 1 : i, x < n - 1 ? i + 1 : i, y ? i - n : i, y < n - 1 ? i + n : i,
-                            z ? i - n * n : i, z < n - 1 ? i + n * n : i};
-        for (int k = 0; k < 6; k++)
-            if (!wall[next[k]] && !outside[next[k]])
-                outside[stack[top++] = next[k]] = 1;
+        size_t i = stack[--top];
+        for (int k = 0; k < 3; k++) {
+            size_t at = i / step[k] % size[k], low = at > 0 ? i - step[k] : i, high = at < size[k] - 1 ? i + step[k] : i;
+            if (!wall[low] && !outside[low])
+                outside[stack[top++] = low] = 1;
+            if (!wall[high] && !outside[high])
+                outside[stack[top++] = high] = 1;
+        }
     }
     free(stack);
 }

@@ -39,15 +39,16 @@ void voxelizer_fini(kd_gpu *gpu, voxelizer *v)
     memset(v, 0, sizeof *v);
 }
 
-static struct pass_params params_of(const kd_scene_store *store, const kd_store_primitive *p, uint32_t kind,
-                                    const kd_voxel_scene *scene, const kd_voxel_chunk *chunk)
+static struct pass_params params_of(const kd_scene_store *store, const kd_voxel_cache *cache, const kd_voxel_scene *scene,
+                                    const kd_voxel_chunk *chunk)
 {
-    const kd_store_material *m = &store->materials[p->material];
+    const kd_store_primitive *p = &store->primitives[cache->primitive];
+    const kd_store_material *m = &store->materials[cache->material];
     struct pass_params pass = {
         .chunk_origin = {chunk->origin.x, chunk->origin.y, chunk->origin.z, chunk->span},
         .chunk_size = {chunk->size[0], chunk->size[1], chunk->size[2], 0},
         .source = {p->first_index, p->base_vertex, p->index_count / 3, p->first_skin_vertex},
-        .dest = {scene->cached_voxels, scene->cached_bindings, kind, m->desc.double_sided ? 1u : 0u},
+        .dest = {scene->cached_voxels, scene->cached_bindings, cache->kind, m->desc.double_sided ? 1u : 0u},
     };
     return pass;
 }
@@ -170,15 +171,13 @@ static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *sto
 kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const kd_voxel_cache *cache,
                         kd_voxel_scene *scene, kd_voxel_chunk *chunk)
 {
-    const kd_store_primitive *p = &store->primitives[cache->primitive];
-    uint32_t kind = cache->kind;
     kd_columns columns = {0};
     kd_status status = columns_list(cache->desc, chunk, &columns);
     if (status)
         return status;
     uint64_t cells = (uint64_t)chunk->size[0] * chunk->size[1] * chunk->size[2];
     uint32_t words = (uint32_t)((cells + 31) / 32);
-    struct pass_params pass = params_of(store, p, kind, scene, chunk);
+    struct pass_params pass = params_of(store, cache, scene, chunk);
     pass.chunk_size.w = columns.columns;
     size_t row_bytes = ((size_t)columns.triangles + 1) * 16;
     status = kd_gpu_ensure_buffer(gpu, &v->columns, row_bytes, 0, "voxelizer.columns");
@@ -188,8 +187,8 @@ kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, 
         status = kd_gpu_ensure_buffer(gpu, &v->ranks, (size_t)words * 4, 0, "voxelizer.ranks");
     if (!status && columns.columns) {
         kd_gpu_write_buffer(gpu, v->columns, 0, columns.rows, row_bytes);
-        kd_material_bind(gpu, &store->materials[p->material]);
-        status = fill_chunk(gpu, v, store, kind, scene, chunk, &pass, words);
+        kd_material_bind(gpu, &store->materials[cache->material]);
+        status = fill_chunk(gpu, v, store, cache->kind, scene, chunk, &pass, words);
     } else {
         chunk->count = 0;
     }

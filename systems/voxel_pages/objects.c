@@ -80,6 +80,7 @@ static kd_status add(voxel_objects *t, kd_voxel_scene *scene, const voxel_sight 
                            .draw_primitive = s->draw_primitive,
                            .primitive = s->primitive,
                            .kind = s->kind,
+                           .material = s->material,
                            .alive = true,
                            .model_ws = s->model_ws,
                            .cached_scale = s->scale,
@@ -101,6 +102,16 @@ static void follow_scale(kd_voxel_object *o, float scale)
     o->recache = true;
 }
 
+/* Colour, masked parts and shares of emission are in the cache. */
+static void follow_material(kd_voxel_object *o, uint32_t material)
+{
+    if (o->material == material)
+        return;
+    o->material = material;
+    memset(o->caches, 0, sizeof o->caches);
+    o->recache = true;
+}
+
 kd_status objects_see(voxel_objects *t, kd_voxel_scene *scene, const voxel_sight *s)
 {
     kd_voxel_object *o = find(t, scene, s);
@@ -112,8 +123,7 @@ kd_status objects_see(voxel_objects *t, kd_voxel_scene *scene, const voxel_sight
         o->becomes_dynamic = true;
     }
     follow_scale(o, s->scale > 0 ? s->scale : 1);
-    o->emission_changed = o->material != s->material;
-    o->material = s->material;
+    follow_material(o, s->material);
     o->deformed = s->deformed;
     o->model_ws = s->model_ws;
     o->first_matrix = s->first_matrix;
@@ -148,7 +158,8 @@ static uint32_t find_cache(const kd_voxel_scene *scene, const kd_voxel_object *o
     bool aligned = o->kind == KD_VOXEL_RIGID && !o->dynamic;
     for (uint32_t i = scene->cache_count; i-- > 0;) {
         const kd_voxel_cache *c = &scene->caches[i];
-        if (c->primitive == o->primitive && c->kind == o->kind && fabsf(c->span - span) < span * 1e-3f &&
+        if (c->primitive == o->primitive && c->material == o->material && c->kind == o->kind &&
+            fabsf(c->span - span) < span * 1e-3f &&
             (!aligned || (near(c->phase.x, phase.x, span) && near(c->phase.y, phase.y, span) && near(c->phase.z, phase.z, span))))
             return i + 1;
     }
@@ -172,7 +183,8 @@ kd_status objects_want_cache(voxel_objects *t, kd_voxel_scene *scene, kd_voxel_o
         t->cache_capacity = capacity;
     }
     scene->caches[scene->cache_count++] =
-        (kd_voxel_cache){.primitive = o->primitive, .desc = desc, .kind = o->kind, .span = span, .phase = phase};
+        (kd_voxel_cache){.primitive = o->primitive, .material = o->material, .desc = desc, .kind = o->kind, .span = span,
+                         .phase = phase};
     o->caches[c] = scene->cache_count;
     return KD_OK;
 }

@@ -74,6 +74,8 @@ static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_d
                      .bounds_min_ws = draw->bounds_min_ws,
                      .bounds_max_ws = draw->bounds_max_ws};
     s.material = mi->material ? mi->material - 1 : store->primitives[s.primitive].material;
+    if (s.material >= store->material_count)
+        s.material = 0; /* as the draw list has it */
     if (s.kind == KD_VOXEL_SKINNED) {
         s.first_matrix = skin->first_matrix;
         s.scale = skin_scale(kd_singleton(w, kd_joint_palette), skin, store->skins[skin->skin].joint_count);
