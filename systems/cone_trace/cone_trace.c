@@ -197,6 +197,7 @@ kd_status kd_cone_trace_import(kd_schedule *s)
                                                 {"lights.uniform", KD_USE_UNIFORM},
                                                 {"gi", KD_USE_IMAGE_WRITE}},
                                   .run_if = gi_is_cones,
+                                  .no_commands = true,
                                   .run = run,
                                   .init = init,
                                   .fini = fini,

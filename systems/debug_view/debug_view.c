@@ -84,6 +84,7 @@ kd_status kd_debug_view_import(kd_schedule *s)
                                                 {"lights.uniform", KD_USE_UNIFORM},
                                                 {"picture", KD_USE_IMAGE_WRITE}},
                                   .run_if = asked_for,
+                                  .no_commands = true,
                                   .run = run,
                                   .fini = fini,
                                   .user = state,

@@ -79,6 +79,7 @@ kd_status kd_lighting_import(kd_schedule *s)
                                                 {"shadow.maps", KD_USE_SAMPLED},
                                                 {"tree.leaves", KD_USE_STORAGE_WRITE}},
                                   .run_if = gi_is_on,
+                                  .no_commands = true,
                                   .run = run,
                                   .init = init,
                                   .fini = fini,

@@ -131,6 +131,7 @@ static kd_status add_prepare(kd_schedule *s, svo_state *state)
                                   .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_USES(kd_frame)},
                                   .resources = {{"tree.uniform", KD_USE_COPY_WRITE}},
                                   .run_if = gi_is_on,
+                                  .no_commands = true,
                                   .run = prepare,
                                   .init = init,
                                   .fini = fini,
@@ -158,6 +159,7 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                                                   KD_USE_COPY_WRITE},
                              {"tree.nodes", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
                .run_if = gi_is_on,
+               .no_commands = true,
                .run = build,
                .user = state,
            });
@@ -179,6 +181,7 @@ static kd_status add_filter(kd_schedule *s, svo_state *state)
                              {"svo.occupancy", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
                              {"tree.radiance", KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE}},
                .run_if = gi_is_on,
+               .no_commands = true,
                .run = filter,
                .user = state,
            });

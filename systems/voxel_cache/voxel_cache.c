@@ -161,6 +161,7 @@ kd_status kd_voxel_cache_import(kd_schedule *s)
                                                 {"voxels.cache", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
                                                 {"voxels.chunks", KD_USE_COPY_WRITE}},
                                   .run_if = anything_to_do,
+                                  .no_commands = true,
                                   .run = run,
                                   .init = init,
                                   .fini = fini,

@@ -353,6 +353,7 @@ kd_status kd_voxel_pages_import(kd_schedule *s)
                                   .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
                                                 {"voxels.objects", KD_USE_COPY_WRITE}},
                                   .run_if = gi_is_on,
+                                  .no_commands = true,
                                   .run = run,
                                   .init = init,
                                   .fini = fini,

@@ -165,6 +165,7 @@ kd_status kd_voxel_objects_import(kd_schedule *s)
                                                  KD_USES(kd_skin_instance), KD_USES(kd_world_transform),
                                                  KD_USES(kd_joint_palette)},
                                   .run_if = gi_is_on,
+                                  .no_commands = true,
                                   .run = run,
                                   .fini = fini,
                                   .user = table,

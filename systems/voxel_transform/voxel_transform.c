@@ -143,6 +143,7 @@ kd_status kd_voxel_transform_import(kd_schedule *s)
                                                 {"tree.uniform", KD_USE_UNIFORM},
                                                 {"svo.masks", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
                                   .run_if = gi_is_on,
+                                  .no_commands = true,
                                   .run = run,
                                   .bytes_moved = bytes_moved,
                                   .init = init,
