@@ -213,6 +213,7 @@ kd_status app_capture_import(app_capture *capture, kd_schedule *s) {
                                   .where = KD_ON_GPU,
                                   .components = {KD_USES(kd_picture), KD_USES(kd_frame)},
                                   .resources = {{"picture", KD_USE_COPY_READ}},
+                                  .no_commands = true,
                                   .run = run,
                                   .user = capture,
                               });

@@ -228,6 +228,7 @@ kd_status kd_deferred_import(kd_schedule *schedule)
                                         {"scene.objects", KD_USE_STORAGE_READ | KD_USE_VERTEX},
                                         {"lights.uniform", KD_USE_UNIFORM},
                                         {"gbuffer", KD_USE_TARGET}},
+                          .no_commands = true,
                           .run = geometry_run,
                           .fini = geometry_fini,
                           .bytes_moved = geometry_bytes,
