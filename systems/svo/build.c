@@ -15,8 +15,8 @@ static uint32_t groups(uint32_t count) { return (count + 63) / 64; }
 
 static uint32_t counter_of(kd_voxel_layer layer) { return layer == KD_LAYER_STATIC ? KD_COUNT_STATIC : KD_COUNT_DYNAMIC; }
 
-/* Cells expected of a layer when the exact count is not known: a voxel covers one cell when it lies on the lattice and
- * shares two to four with its neighbours when not. */
+/* Cells that the voxels of a layer cover at most in practice: one each on the lattice, two or three off it, since
+ * neighbours share them. */
 static uint32_t expected_cells(const kd_voxel_scene *scene, kd_voxel_layer layer)
 {
     uint64_t voxels = scene->pages[layer].voxel_count;
@@ -81,9 +81,12 @@ void build_layer(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scen
     state->bytes_build += (uint64_t)svo->layer_words * 12;
     if (!scene->pages[layer].segment_count)
         return;
-    /* When the members of a layer changed, something was loaded and one wait does not count; else room is kept ahead. */
-    uint32_t cells = scene->pages[layer].changed ? read_counter(gpu, svo, counter_of(layer)) : 0;
-    uint32_t want = cells ? cells + cells / 4 + 1024 : expected_cells(scene, layer);
+    /* The static layer is built when something was loaded or the cascades moved: one wait does not count then. A dynamic
+     * layer gets room for every pose of its voxels, so that no pose depends on what earlier frames needed. */
+    bool exact = layer == KD_LAYER_STATIC || scene->pages[layer].changed;
+    uint32_t cells = exact ? read_counter(gpu, svo, counter_of(layer)) : 0, want = cells + cells / 4 + 1024;
+    if (layer == KD_LAYER_DYNAMIC && want < expected_cells(scene, layer))
+        want = expected_cells(scene, layer);
     uint32_t *capacity = layer == KD_LAYER_STATIC ? &svo->static_capacity : &svo->dynamic_capacity;
     if (want > *capacity && svo_reserve_cells(gpu, svo, layer, want) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: no room for %u cells; some voxels are left out", want);
@@ -167,7 +170,7 @@ void build_tree(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene
                         svo->mask_first[l], svo->counters, KD_COUNT_LEVEL + l);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     }
-    reserve_nodes(gpu, svo, scene, scene->pages[KD_LAYER_STATIC].changed || scene->pages[KD_LAYER_DYNAMIC].changed);
+    reserve_nodes(gpu, svo, scene, scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed);
     svo_write_params(gpu, svo, scene);
     write_args(gpu, state, svo);
     kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);
