@@ -2,22 +2,21 @@
 #include "systems/cone_trace/cone_trace.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "components/camera.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
+#include "components/tree_access.h"
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/gather.h"
 #include "shaders/shared/scene.h"
-#include "shaders/shared/voxel.h"
 #include "systems/cone_trace/cones.h"
 
 typedef struct gather_state {
-    kd_gpu_program gather, smooth, upsample;
-    uint32_t sparse_levels;          /* that the program was compiled for */
+    kd_tree_program gather;
+    kd_gpu_program smooth, upsample;
     kd_gpu_texture diffuse[2], specular[2]; /* traced pixels, and smoothed ones */
     uint32_t width, height;
 } gather_state;
@@ -53,23 +52,6 @@ static void fit_targets(kd_gpu *gpu, gather_state *state, kd_gi_targets *gi, uin
     }
 }
 
-/* The tracer is compiled for the number of sparse levels, so that its descents have a fixed length. */
-static bool fit_program(kd_gpu *gpu, gather_state *state, const kd_tree *tree)
-{
-    uint32_t levels = 0;
-    while (tree->dense_resolution << levels < tree->resolution)
-        levels++;
-    if (state->sparse_levels == levels)
-        return state->gather.id != 0;
-    char define[32];
-    snprintf(define, sizeof define, "KD_SPARSE_LEVELS %u", levels);
-    const char *defines[] = {define, NULL};
-    kd_gpu_destroy_program(gpu, state->gather);
-    state->gather = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/cone_trace/gather.comp", .defines = defines});
-    state->sparse_levels = levels;
-    return state->gather.id != 0;
-}
-
 static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tree, uint32_t width, uint32_t height)
 {
     float reach = tree->span_m[tree->cascade_count - 1] * (float)tree->resolution * 1.7320508f;
@@ -99,15 +81,10 @@ static void bind_gbuffer(kd_gpu *gpu, const kd_gbuffer *g, const kd_lighting *li
 
 static void trace(kd_gpu *gpu, const gather_state *state, const kd_tree *tree)
 {
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, tree->uniform, 0, sizeof(struct kd_tree_params));
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_RADIANCE, tree->radiance);
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_INDEX, tree->index);
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_NODES, tree->nodes);
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_LEAVES, tree->leaves);
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_DATA, tree->data);
+    kd_tree_bind(gpu, tree);
     kd_gpu_bind_image(gpu, 0, state->diffuse[0], 0, KD_IMAGE_WRITE, KD_RGBA16F);
     kd_gpu_bind_image(gpu, 1, state->specular[0], 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_dispatch(gpu, state->gather, (state->width + 7) / 8, (state->height + 7) / 8, 1);
+    kd_gpu_dispatch(gpu, state->gather.program, (state->width + 7) / 8, (state->height + 7) / 8, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
 }
 
@@ -130,7 +107,7 @@ static void run(kd_system_context *context)
     const kd_tree *tree = kd_singleton(w, kd_tree);
     kd_gi_targets *gi = kd_singleton(w, kd_gi_targets);
     uint32_t n = (uint32_t)frame->settings.cones_resolution;
-    if (!tree->radiance.id || !fit_program(gpu, state, tree))
+    if (!tree->radiance.id || !kd_tree_fit_program(gpu, tree, "shaders/cone_trace/gather.comp", &state->gather))
         return;
     fit_targets(gpu, state, gi, frame->width, frame->height, n);
     struct kd_gather_params params = params_of(&frame->settings, tree, frame->width, frame->height);
@@ -164,7 +141,7 @@ static void fini(kd_system_context *context)
 {
     gather_state *state = context->user;
     kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
-    kd_gpu_destroy_program(context->gpu, state->gather);
+    kd_gpu_destroy_program(context->gpu, state->gather.program);
     kd_gpu_destroy_program(context->gpu, state->upsample);
     kd_gpu_destroy_program(context->gpu, state->smooth);
     for (int i = 0; i < 2; i++) {

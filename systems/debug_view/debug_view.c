@@ -1,35 +1,17 @@
 /* System octree_view: shows the octree itself, ray marched at one level, in place of the picture. */
 #include "systems/debug_view/debug_view.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "components/frame.h"
 #include "components/render_targets.h"
+#include "components/tree_access.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/scene.h"
-#include "shaders/shared/voxel.h"
 
 typedef struct view_state {
-    kd_gpu_program octree;
-    uint32_t sparse_levels;
+    kd_tree_program octree;
 } view_state;
-
-static bool fit_program(kd_gpu *gpu, view_state *state, const kd_tree *tree)
-{
-    uint32_t levels = 0;
-    while (tree->dense_resolution << levels < tree->resolution)
-        levels++;
-    if (state->sparse_levels == levels)
-        return state->octree.id != 0;
-    char define[32];
-    snprintf(define, sizeof define, "KD_SPARSE_LEVELS %u", levels);
-    const char *defines[] = {define, NULL};
-    kd_gpu_destroy_program(gpu, state->octree);
-    state->octree = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/debug_view/octree.comp", .defines = defines});
-    state->sparse_levels = levels;
-    return state->octree.id != 0;
-}
 
 static void run(kd_system_context *context)
 {
@@ -39,19 +21,14 @@ static void run(kd_system_context *context)
     const kd_tree *tree = kd_singleton(context->world, kd_tree);
     const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
     const kd_picture *picture = kd_singleton(context->world, kd_picture);
-    if (!tree->radiance.id || !fit_program(gpu, state, tree))
+    if (!tree->radiance.id || !kd_tree_fit_program(gpu, tree, "shaders/debug_view/octree.comp", &state->octree))
         return;
     int32_t level = frame->settings.view_level, pass[4] = {(int32_t)frame->width, (int32_t)frame->height, level < 0 ? 0 : level, 0};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, pass, sizeof pass);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, tree->uniform, 0, sizeof(struct kd_tree_params));
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_RADIANCE, tree->radiance);
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_INDEX, tree->index);
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_NODES, tree->nodes);
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_LEAVES, tree->leaves);
-    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_DATA, tree->data);
+    kd_tree_bind(gpu, tree);
     kd_gpu_bind_image(gpu, 0, picture->hdr, 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_dispatch(gpu, state->octree, (frame->width + 7) / 8, (frame->height + 7) / 8, 1);
+    kd_gpu_dispatch(gpu, state->octree.program, (frame->width + 7) / 8, (frame->height + 7) / 8, 1);
 }
 
 static bool asked_for(kd_system_context *context)
@@ -62,7 +39,7 @@ static bool asked_for(kd_system_context *context)
 static void fini(kd_system_context *context)
 {
     view_state *state = context->user;
-    kd_gpu_destroy_program(context->gpu, state->octree);
+    kd_gpu_destroy_program(context->gpu, state->octree.program);
     free(state);
 }
 

@@ -15,13 +15,8 @@ static uint32_t groups(uint32_t count) { return (count + 63) / 64; }
 
 static uint32_t counter_of(kd_voxel_layer layer) { return layer == KD_LAYER_STATIC ? KD_COUNT_STATIC : KD_COUNT_DYNAMIC; }
 
-/* Cells that the voxels of a layer cover at most in practice: one each on the lattice, two or three off it, since
- * neighbours share them. */
-static uint32_t expected_cells(const kd_voxel_scene *scene, kd_voxel_layer layer)
-{
-    uint64_t voxels = scene->pages[layer].voxel_count;
-    return (uint32_t)(layer == KD_LAYER_STATIC ? voxels + voxels / 4 : voxels * 3) + 1024;
-}
+/* Cells that voxels cover at most in practice: one each on the lattice, two or three off it, since neighbours share. */
+static uint32_t cells_of_any_pose(const kd_voxel_pages *pages) { return (uint32_t)(pages->voxel_count * 3) + 1024; }
 
 static uint32_t read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter)
 {
@@ -85,8 +80,8 @@ void build_layer(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scen
      * layer gets room for every pose of its voxels, so that no pose depends on what earlier frames needed. */
     bool exact = layer == KD_LAYER_STATIC || scene->pages[layer].changed;
     uint32_t cells = exact ? read_counter(gpu, svo, counter_of(layer)) : 0, want = cells + cells / 4 + 1024;
-    if (layer == KD_LAYER_DYNAMIC && want < expected_cells(scene, layer))
-        want = expected_cells(scene, layer);
+    if (layer == KD_LAYER_DYNAMIC && want < cells_of_any_pose(&scene->pages[layer]))
+        want = cells_of_any_pose(&scene->pages[layer]);
     uint32_t *capacity = layer == KD_LAYER_STATIC ? &svo->static_capacity : &svo->dynamic_capacity;
     if (want > *capacity && svo_reserve_cells(gpu, svo, layer, want) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: no room for %u cells; some voxels are left out", want);

@@ -1,0 +1,38 @@
+#include "components/tree_access.h"
+
+#include <stdio.h>
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/voxel.h"
+
+static uint32_t sparse_levels_of(const kd_tree *tree)
+{
+    uint32_t levels = 0;
+    while (tree->dense_resolution << levels < tree->resolution)
+        levels++;
+    return levels;
+}
+
+bool kd_tree_fit_program(kd_gpu *gpu, const kd_tree *tree, const char *path, kd_tree_program *program)
+{
+    uint32_t levels = sparse_levels_of(tree);
+    if (program->sparse_levels == levels)
+        return program->program.id != 0;
+    char define[32];
+    snprintf(define, sizeof define, "KD_SPARSE_LEVELS %u", levels);
+    const char *defines[] = {define, NULL};
+    kd_gpu_destroy_program(gpu, program->program);
+    program->program = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = path, .defines = defines});
+    program->sparse_levels = levels;
+    return program->program.id != 0;
+}
+
+void kd_tree_bind(kd_gpu *gpu, const kd_tree *tree)
+{
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, tree->uniform, 0, sizeof(struct kd_tree_params));
+    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_RADIANCE, tree->radiance);
+    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_INDEX, tree->index);
+    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_NODES, tree->nodes);
+    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_LEAVES, tree->leaves);
+    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_DATA, tree->data);
+}
