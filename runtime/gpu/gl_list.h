@@ -22,6 +22,7 @@
     X(ClientWaitSync, CLIENTWAITSYNC)                                                                        \
     X(ClipControl, CLIPCONTROL)                                                                              \
     X(CompileShader, COMPILESHADER)                                                                          \
+    X(CopyImageSubData, COPYIMAGESUBDATA)                                                                    \
     X(CopyNamedBufferSubData, COPYNAMEDBUFFERSUBDATA)                                                        \
     X(CreateBuffers, CREATEBUFFERS)                                                                          \
     X(CreateFramebuffers, CREATEFRAMEBUFFERS)                                                                \

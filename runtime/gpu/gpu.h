@@ -162,6 +162,10 @@ void kd_gpu_write_texture(kd_gpu *gpu, kd_gpu_texture texture, uint32_t level, u
                           const void *data, size_t size);
 void kd_gpu_clear_texture(kd_gpu *gpu, kd_gpu_texture texture, uint32_t level,
                           const void *texel); /* NULL: zeros */
+/** Copy one layer (slice, face; 0 of a 2D texture) of a level between textures of one format; the level has
+ * one size in both. */
+void kd_gpu_copy_texture(kd_gpu *gpu, kd_gpu_texture from, uint32_t from_layer, kd_gpu_texture to,
+                         uint32_t to_layer, uint32_t level);
 void kd_gpu_read_texture(kd_gpu *gpu, kd_gpu_texture texture, uint32_t level, void *out,
                          size_t size); /* stalls */
 /** View a buffer as a texel buffer (samplerBuffer and kin). Bound with kd_gpu_bind_texture. */

@@ -259,6 +259,25 @@ void kd_gpu_clear_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, co
     gpu->gl.ClearTexImage(texture->gl, (GLint)level, format->format, format->type, texel);
 }
 
+void kd_gpu_copy_texture(kd_gpu *gpu, kd_gpu_texture from_handle, uint32_t from_layer,
+                         kd_gpu_texture to_handle, uint32_t to_layer, uint32_t level) {
+    const gpu_texture *from = get_level(gpu, from_handle, level, "copy_texture");
+    const gpu_texture *to = get_level(gpu, to_handle, level, "copy_texture");
+    if (!from || !to)
+        return;
+    uint32_t width = gpu_level_size(from->width, level), height = gpu_level_size(from->height, level);
+    if (from->format != to->format || from_layer >= level_depth(from, level) ||
+        to_layer >= level_depth(to, level) || width != gpu_level_size(to->width, level) ||
+        height != gpu_level_size(to->height, level)) {
+        gpu_complain(gpu, "copy_texture: layer %u of %s does not fit layer %u of %s", from_layer, from->name,
+                     to_layer, to->name);
+        return;
+    }
+    gpu->gl.CopyImageSubData(from->gl, from->target, (GLint)level, 0, 0, (GLint)from_layer, to->gl,
+                             to->target, (GLint)level, 0, 0, (GLint)to_layer, (GLsizei)width, (GLsizei)height,
+                             1);
+}
+
 void kd_gpu_read_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, void *out, size_t size) {
     gpu_texture *texture = get_level(gpu, handle, level, "read_texture");
     if (!texture || size < gpu_level_bytes(texture, level)) {

@@ -1,10 +1,22 @@
 /* Which draws each shadow layer needs, on the CPU: one pass over the boxes of all draws a layer. The results
  * are indirect arguments in layer order and runs over them: one run for everything opaque, one for each
- * masked batch. */
+ * masked batch; first of casters that rest, then of those that move. Beside each argument stands what its
+ * depth depends on, by which a frame that changes nothing is known. */
 
 #include "systems/shadow/internal.h"
 
 #include <stdlib.h>
+#include <string.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+/* What is asked once of a draw, whatever the number of layers. */
+typedef enum caster_kind { NO_CASTER, RESTING, MOVING } caster_kind;
+typedef struct shadow_draw {
+    caster_kind kind;
+    shadow_caster caster;
+} shadow_draw;
 
 void *shadow_reserve(shadow_array *array, size_t bytes)
 {
@@ -19,83 +31,208 @@ void *shadow_reserve(shadow_array *array, size_t bytes)
     return array->items;
 }
 
+/* ---- poses ---- */
+
+typedef struct culling {
+    shadow_state *s;
+    kd_world *w;
+    const kd_draw_list *list;
+    const kd_scene_store *store;
+    const kd_joint_palette *palette;
+    kd_component_id instance_id, transform_id, skin_id, weights_id;
+} culling;
+
+static uint64_t add_joints(const culling *c, const kd_skin_instance *skin, uint64_t sum)
+{
+    if (c->palette->rows == NULL || skin->skin >= c->store->skin_count)
+        return sum;
+    uint32_t joints = c->store->skins[skin->skin].joint_count;
+    if (skin->first_matrix > c->palette->count || joints > c->palette->count - skin->first_matrix)
+        return sum;
+    return XXH3_64bits_withSeed(c->palette->rows[skin->first_matrix], joints * sizeof *c->palette->rows, sum);
+}
+
+/* Where the entity's vertices are: what the vertex shader and, before it, the deform pass reads. */
+static uint64_t pose_checksum(const culling *c, kd_entity e, bool deforms)
+{
+    const kd_world_transform *world = kd_find_id(c->w, e, c->transform_id);
+    uint64_t sum = world != NULL ? XXH3_64bits(&world->matrix, sizeof world->matrix) : 0;
+    if (!deforms)
+        return sum;
+    const kd_skin_instance *skin = kd_find_id(c->w, e, c->skin_id);
+    const kd_morph_weights *weights = kd_find_id(c->w, e, c->weights_id);
+    if (skin != NULL)
+        sum = add_joints(c, skin, sum);
+    if (weights != NULL && weights->count <= KD_MAX_MORPH_TARGETS)
+        sum = XXH3_64bits_withSeed(weights->weights, weights->count * sizeof *weights->weights, sum);
+    return sum;
+}
+
+static bool reserve_poses(shadow_state *s, uint32_t index)
+{
+    if (index < s->pose_capacity)
+        return true;
+    uint32_t capacity = index + index / 2 + 64;
+    shadow_pose *poses = realloc(s->poses, capacity * sizeof *poses);
+    if (poses == NULL)
+        return false;
+    memset(poses + s->pose_capacity, 0, (capacity - s->pose_capacity) * sizeof *poses);
+    s->poses = poses;
+    s->pose_capacity = capacity;
+    return true;
+}
+
+/* The entity's pose, taken once a frame though it may have many draws. NULL when memory is out. */
+static const shadow_pose *take_pose(const culling *c, kd_entity e, bool deforms)
+{
+    if (!reserve_poses(c->s, e.index))
+        return NULL;
+    shadow_pose *pose = &c->s->poses[e.index];
+    bool known = pose->generation == e.generation;
+    if (known && pose->seen == c->s->cull_count)
+        return pose;
+    uint64_t checksum = pose_checksum(c, e, deforms);
+    *pose = (shadow_pose){checksum, e.generation, c->s->cull_count,
+                          known && (pose->moving || pose->checksum != checksum)};
+    return pose;
+}
+
+/* ---- casters ---- */
+
 static bool batch_is(const kd_scene_store *store, const kd_draw_batch *batch, kd_alpha_mode mode)
 {
     return store->materials[batch->material].desc.alpha_mode == mode;
 }
 
-/* Glass casts no shadow here; neither does what was told not to. */
-static void find_casters(uint8_t *casters, kd_world *w, const kd_draw_list *list, const kd_scene_store *store)
+static uint64_t mask_checksum(const kd_store_material *material)
 {
-    kd_component_id id = KD_ID(w, kd_mesh_instance);
-    for (uint32_t b = 0; b < list->batch_count; b++) {
-        const kd_draw_batch *batch = &list->batches[b];
-        bool blended = batch_is(store, batch, KD_ALPHA_BLEND);
+    struct kd_material_params params = kd_material_params_make(material);
+    return XXH3_64bits_withSeed(&params, sizeof params, material->maps[0].id) | 1;
+}
+
+static bool find_caster(const culling *c, const kd_draw *draw, uint32_t material, uint64_t mask,
+                        shadow_draw *out)
+{
+    const kd_mesh_instance *instance = kd_find_id(c->w, draw->entity, c->instance_id);
+    out->kind = NO_CASTER;
+    if (instance != NULL && instance->no_shadow)
+        return true;
+    const shadow_pose *pose = take_pose(c, draw->entity, instance != NULL && instance->deformed != 0);
+    if (pose == NULL)
+        return false;
+    out->kind = pose->moving ? MOVING : RESTING;
+    out->caster = (shadow_caster){.first_index = draw->args.first_index,
+                                  .index_count = draw->args.index_count,
+                                  .base_vertex = (uint32_t)draw->args.base_vertex,
+                                  .material = material,
+                                  .pose = pose->checksum,
+                                  .mask = mask};
+    return true;
+}
+
+/* Glass casts no shadow here; neither does what was told not to. */
+static bool find_casters(const culling *c)
+{
+    shadow_draw *draws = c->s->draws.items;
+    c->s->cull_count++;
+    for (uint32_t b = 0; b < c->list->batch_count; b++) {
+        const kd_draw_batch *batch = &c->list->batches[b];
+        bool masked = batch_is(c->store, batch, KD_ALPHA_MASK);
+        uint64_t mask = masked ? mask_checksum(&c->store->materials[batch->material]) : 0;
         for (uint32_t i = batch->first_draw; i < batch->first_draw + batch->draw_count; i++) {
-            const kd_mesh_instance *instance = kd_find_id(w, list->draws[i].entity, id);
-            casters[i] = !blended && !(instance != NULL && instance->no_shadow);
+            draws[i].kind = NO_CASTER;
+            if (!batch_is(c->store, batch, KD_ALPHA_BLEND) &&
+                !find_caster(c, &c->list->draws[i], masked ? batch->material : KD_NONE, mask, &draws[i]))
+                return false;
         }
     }
+    return true;
 }
 
-/* Append the batch's draws that touch the layer. */
-static void append_batch(shadow_state *s, const kd_frustum *frustum, const kd_draw_list *list,
-                         const kd_draw_batch *batch, kd_draw_indexed *args)
+/* ---- layers ---- */
+
+/* Append the batch's casters of one kind that touch the layer. */
+static void append_batch(const culling *c, const kd_frustum *frustum, const kd_draw_batch *batch,
+                         caster_kind kind)
 {
-    const uint8_t *casters = s->casters.items;
+    shadow_state *s = c->s;
+    const shadow_draw *draws = s->draws.items;
+    kd_draw_indexed *args = s->args.items;
+    shadow_caster *casters = s->casters.items;
     for (uint32_t i = batch->first_draw; i < batch->first_draw + batch->draw_count; i++) {
-        const kd_draw *draw = &list->draws[i];
-        if (casters[i] && kd_frustum_touches(frustum, draw->bounds_min_ws, draw->bounds_max_ws))
-            args[s->arg_count++] = draw->args;
+        const kd_draw *draw = &c->list->draws[i];
+        if (draws[i].kind != kind || !kd_frustum_touches(frustum, draw->bounds_min_ws, draw->bounds_max_ws))
+            continue;
+        casters[s->arg_count] = draws[i].caster;
+        args[s->arg_count++] = draw->args;
     }
 }
 
-static void close_run(shadow_state *s, shadow_layer *layer, uint32_t material, uint32_t first)
+static void close_run(shadow_state *s, uint32_t material, uint32_t first)
 {
-    if (s->arg_count == first)
-        return;
-    ((shadow_run *)s->runs.items)[s->run_count++] = (shadow_run){material, first, s->arg_count - first};
-    layer->run_count++;
+    if (s->arg_count > first)
+        ((shadow_run *)s->runs.items)[s->run_count++] = (shadow_run){material, first, s->arg_count - first};
 }
 
-static void cull_layer(shadow_state *s, shadow_layer *layer, const kd_draw_list *list,
-                       const kd_scene_store *store)
+static void append_kind(const culling *c, const kd_frustum *frustum, caster_kind kind)
 {
-    kd_draw_indexed *args = s->args.items;
-    kd_frustum frustum = kd_frustum_make(&layer->matrix, 0);
-    layer->first_run = s->run_count;
-    layer->run_count = 0;
+    shadow_state *s = c->s;
     uint32_t first = s->arg_count;
-    for (uint32_t b = 0; b < list->batch_count; b++)
-        if (batch_is(store, &list->batches[b], KD_ALPHA_OPAQUE))
-            append_batch(s, &frustum, list, &list->batches[b], args);
-    close_run(s, layer, KD_NONE, first);
-    for (uint32_t b = 0; b < list->batch_count; b++) {
-        if (!batch_is(store, &list->batches[b], KD_ALPHA_MASK))
+    for (uint32_t b = 0; b < c->list->batch_count; b++)
+        if (batch_is(c->store, &c->list->batches[b], KD_ALPHA_OPAQUE))
+            append_batch(c, frustum, &c->list->batches[b], kind);
+    close_run(s, KD_NONE, first);
+    for (uint32_t b = 0; b < c->list->batch_count; b++) {
+        if (!batch_is(c->store, &c->list->batches[b], KD_ALPHA_MASK))
             continue;
         first = s->arg_count;
-        append_batch(s, &frustum, list, &list->batches[b], args);
-        close_run(s, layer, list->batches[b].material, first);
+        append_batch(c, frustum, &c->list->batches[b], kind);
+        close_run(s, c->list->batches[b].material, first);
     }
+}
+
+static void cull_layer(const culling *c, shadow_layer *layer)
+{
+    shadow_state *s = c->s;
+    kd_frustum frustum = kd_frustum_make(&layer->matrix, 0);
+    layer->first_arg = s->arg_count;
+    layer->first_run = s->run_count;
+    append_kind(c, &frustum, RESTING);
+    layer->resting = s->arg_count - layer->first_arg;
+    layer->resting_runs = s->run_count - layer->first_run;
+    append_kind(c, &frustum, MOVING);
+    layer->moving = s->arg_count - layer->first_arg - layer->resting;
+    layer->moving_runs = s->run_count - layer->first_run - layer->resting_runs;
+}
+
+static bool reserve_all(shadow_state *s, const kd_draw_list *list)
+{
+    size_t layers = s->layer_count, runs = layers * 2 * ((size_t)list->batch_count + 1);
+    return shadow_reserve(&s->draws, list->draw_count * sizeof(shadow_draw)) != NULL &&
+           shadow_reserve(&s->args, layers * list->draw_count * sizeof(kd_draw_indexed)) != NULL &&
+           shadow_reserve(&s->casters, layers * list->draw_count * sizeof(shadow_caster)) != NULL &&
+           shadow_reserve(&s->runs, runs * sizeof(shadow_run)) != NULL;
 }
 
 kd_status shadow_cull(shadow_state *s, kd_world *w, const kd_draw_list *list, const kd_scene_store *store)
 {
+    const culling c = {.s = s,
+                       .w = w,
+                       .list = list,
+                       .store = store,
+                       .palette = kd_singleton(w, kd_joint_palette),
+                       .instance_id = KD_ID(w, kd_mesh_instance),
+                       .transform_id = KD_ID(w, kd_world_transform),
+                       .skin_id = KD_ID(w, kd_skin_instance),
+                       .weights_id = KD_ID(w, kd_morph_weights)};
     s->arg_count = s->run_count = 0;
-    if (s->layer_count == 0 || list->draw_count == 0) {
-        for (uint32_t i = 0; i < s->layer_count; i++)
-            s->layers[i].run_count = 0;
+    if (s->layer_count == 0 || list->draw_count == 0)
         return KD_OK;
-    }
-    size_t layers = s->layer_count;
-    if (shadow_reserve(&s->casters, list->draw_count) == NULL ||
-        shadow_reserve(&s->args, layers * list->draw_count * sizeof(kd_draw_indexed)) == NULL ||
-        shadow_reserve(&s->runs, layers * (list->batch_count + 1) * sizeof(shadow_run)) == NULL) {
+    if (!reserve_all(s, list) || !find_casters(&c)) {
         s->layer_count = 0;
         return KD_NO_MEMORY;
     }
-    find_casters(s->casters.items, w, list, store);
     for (uint32_t i = 0; i < s->layer_count; i++)
-        cull_layer(s, &s->layers[i], list, store);
+        cull_layer(&c, &s->layers[i]);
     return KD_OK;
 }

@@ -1,6 +1,6 @@
-/* The GPU side: uploads view and lights, and renders the shadow maps. A layer takes one draw call for all
- * that is opaque and one for each masked batch. Both faces of a triangle cast: a wall of one sheet must stop
- * the sun from behind too. */
+/* The GPU side: uploads view and lights, and renders the shadow maps that have changed. A layer takes one
+ * draw call for all that is opaque and one for each masked batch. Both faces of a triangle cast: a wall of
+ * one sheet must stop the sun from behind too. */
 
 #include "systems/shadow/shadow.h"
 
@@ -50,48 +50,28 @@ static kd_gpu_program make_program(kd_gpu *gpu, const char *fragment, const char
                                                            .defines = defines});
 }
 
-/* A depth array with one target a layer. There is always a layer, so that shaders can bind the texture. */
-static void make_maps(kd_gpu *gpu, kd_gpu_texture *texture, kd_gpu_target *targets, uint32_t layers,
-                      uint32_t edge, const char *name)
-{
-    *texture = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.kind = KD_TEXTURE_2D_ARRAY,
-                                                               .format = KD_DEPTH32F,
-                                                               .width = edge,
-                                                               .height = edge,
-                                                               .depth = layers,
-                                                               .filter = KD_SHADOW,
-                                                               .name = name});
-    for (uint32_t i = 0; i < layers; i++)
-        targets[i] =
-            kd_gpu_make_target(gpu, &(kd_gpu_target_desc){.depth = *texture, .layer = i, .name = name});
-}
-
-static void destroy_maps(kd_gpu *gpu, kd_gpu_texture texture, kd_gpu_target *targets, uint32_t layers)
-{
-    for (uint32_t i = 0; i < layers; i++)
-        kd_gpu_destroy_target(gpu, targets[i]);
-    kd_gpu_destroy_texture(gpu, texture);
-}
-
 /* Layers are added when needed and stay: a light that comes and goes does not cost a new texture each time.
  */
 static void ensure_maps(kd_gpu *gpu, kd_lighting *lighting, shadow_state *s)
 {
-    if (s->directional_layers > s->made_directional_layers ||
-        s->directional_edge != s->made_directional_edge) {
-        destroy_maps(gpu, lighting->shadow_directional, s->directional_targets, s->made_directional_layers);
-        s->made_directional_layers = s->directional_layers > 0 ? s->directional_layers : 1;
-        s->made_directional_edge = s->directional_edge;
-        make_maps(gpu, &lighting->shadow_directional, s->directional_targets, s->made_directional_layers,
-                  s->directional_edge, "shadow directional");
-    }
-    if (s->spot_layers > s->made_spot_layers || s->spot_edge != s->made_spot_edge) {
-        destroy_maps(gpu, lighting->shadow_spot, s->spot_targets, s->made_spot_layers);
-        s->made_spot_layers = s->spot_layers > 0 ? s->spot_layers : 1;
-        s->made_spot_edge = s->spot_edge;
-        make_maps(gpu, &lighting->shadow_spot, s->spot_targets, s->made_spot_layers, s->spot_edge,
-                  "shadow spot");
-    }
+    if (shadow_maps_ensure(gpu, &s->maps[true], s->directional_layers, s->directional_edge,
+                           "shadow directional"))
+        shadow_forget(s, true);
+    if (shadow_maps_ensure(gpu, &s->maps[false], s->spot_layers, s->spot_edge, "shadow spot"))
+        shadow_forget(s, false);
+    lighting->shadow_directional = s->maps[true].texture;
+    lighting->shadow_spot = s->maps[false].texture;
+}
+
+/* The second maps follow the first in size. */
+static void ensure_resting(kd_gpu *gpu, shadow_state *s, bool directional)
+{
+    const shadow_maps *maps = &s->maps[directional];
+    if (!shadow_maps_ensure(gpu, &s->resting[directional], maps->layers, maps->edge, "shadow resting"))
+        return;
+    uint32_t first = directional ? 0 : SHADOW_DIRECTIONAL_MATRICES;
+    for (uint32_t i = 0; i < maps->layers; i++)
+        s->kept[first + i].resting_valid = false;
 }
 
 static kd_status shadow_init(kd_system_context *context)
@@ -114,8 +94,11 @@ static void shadow_fini(kd_system_context *context)
     shadow_state *s = lighting->internal;
     if (s == NULL)
         return;
-    destroy_maps(gpu, lighting->shadow_directional, s->directional_targets, s->made_directional_layers);
-    destroy_maps(gpu, lighting->shadow_spot, s->spot_targets, s->made_spot_layers);
+    for (int i = 0; i < 2; i++) {
+        shadow_maps_destroy(gpu, &s->maps[i]);
+        shadow_maps_destroy(gpu, &s->resting[i]);
+    }
+    lighting->shadow_directional = lighting->shadow_spot = (kd_gpu_texture){0};
     kd_gpu_destroy_program(gpu, s->opaque);
     kd_gpu_destroy_program(gpu, s->masked[0]);
     kd_gpu_destroy_program(gpu, s->masked[1]);
@@ -152,55 +135,107 @@ static kd_gpu_program bind_masked(kd_gpu *gpu, const shadow_state *s, const kd_s
     return s->masked[mapped];
 }
 
-static void draw_layer(kd_gpu *gpu, const shadow_state *s, const shadow_layer *layer,
-                       const kd_scene_store *store, const kd_gpu_geometry geometry[2])
+/* What the passes of a frame share. */
+typedef struct shadow_pass {
+    kd_gpu *gpu;
+    shadow_state *s;
+    const kd_scene_store *store;
+    kd_gpu_geometry geometry[2]; /* opaque, masked */
+} shadow_pass;
+
+static void draw_runs(const shadow_pass *pass, const shadow_layer *layer, const shadow_maps *maps, bool clear,
+                      uint32_t first_run, uint32_t run_count)
 {
-    uint32_t edge = layer->directional ? s->directional_edge : s->spot_edge;
-    kd_gpu_begin_raster(gpu,
-                        &(kd_gpu_raster){.target = layer->directional ? s->directional_targets[layer->layer]
-                                                                      : s->spot_targets[layer->layer],
-                                         .width = edge,
-                                         .height = edge,
-                                         .depth_test = true,
-                                         .depth_write = true,
-                                         .cull = KD_CULL_NONE,
-                                         .depth_clamp = layer->directional,
-                                         .clear_depth = true});
+    kd_gpu *gpu = pass->gpu;
+    shadow_state *s = pass->s;
+    kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = maps->targets[layer->layer],
+                                              .width = maps->edge,
+                                              .height = maps->edge,
+                                              .depth_test = true,
+                                              .depth_write = true,
+                                              .cull = KD_CULL_NONE,
+                                              .depth_clamp = layer->directional,
+                                              .clear_depth = clear});
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &layer->matrix, sizeof layer->matrix);
     const shadow_run *runs = s->runs.items;
-    for (uint32_t i = layer->first_run; i < layer->first_run + layer->run_count; i++) {
+    for (uint32_t i = first_run; i < first_run + run_count; i++) {
         bool masked = runs[i].material != KD_NONE;
         kd_gpu_program program =
-            masked ? bind_masked(gpu, s, &store->materials[runs[i].material]) : s->opaque;
-        kd_gpu_draw_indirect(gpu, program, &geometry[masked], s->args_buffer,
+            masked ? bind_masked(gpu, s, &pass->store->materials[runs[i].material]) : s->opaque;
+        kd_gpu_draw_indirect(gpu, program, &pass->geometry[masked], s->args_buffer,
                              runs[i].first * sizeof(kd_draw_indexed), runs[i].count);
+        s->drawn_casters += runs[i].count;
     }
+    s->drawn_layers++;
+    s->bytes_moved += (uint64_t)maps->edge * maps->edge * 4;
+}
+
+static void draw_all(const shadow_pass *pass, const shadow_layer *layer)
+{
+    draw_runs(pass, layer, &pass->s->maps[layer->directional], true, layer->first_run,
+              layer->resting_runs + layer->moving_runs);
+    shadow_kept_of(pass->s, layer)->resting_valid = false;
+}
+
+static void draw_moving(const shadow_pass *pass, const shadow_layer *layer)
+{
+    shadow_state *s = pass->s;
+    const shadow_maps *maps = &s->maps[layer->directional], *resting = &s->resting[layer->directional];
+    shadow_kept *kept = shadow_kept_of(s, layer);
+    ensure_resting(pass->gpu, s, layer->directional);
+    if (!kept->resting_valid)
+        draw_runs(pass, layer, resting, true, layer->first_run, layer->resting_runs);
+    kept->resting_valid = true;
+    kd_gpu_copy_texture(pass->gpu, resting->texture, layer->layer, maps->texture, layer->layer, 0);
+    s->copied_layers++;
+    s->bytes_moved += (uint64_t)maps->edge * maps->edge * 8;
+    if (layer->moving_runs > 0)
+        draw_runs(pass, layer, maps, false, layer->first_run + layer->resting_runs, layer->moving_runs);
+}
+
+static void upload_args(const shadow_pass *pass, const kd_draw_list *list)
+{
+    shadow_state *s = pass->s;
+    size_t bytes = s->arg_count * sizeof(kd_draw_indexed);
+    if (bytes == 0)
+        return;
+    kd_gpu_ensure_buffer(pass->gpu, &s->args_buffer, bytes, 0, "shadow arguments");
+    kd_gpu_write_buffer(pass->gpu, s->args_buffer, 0, s->args.items, bytes);
+    kd_gpu_bind_storage(pass->gpu, 0, list->objects);
+    s->bytes_moved += bytes;
 }
 
 static void shadow_run_system(kd_system_context *context)
 {
-    kd_gpu *gpu = context->gpu;
     kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
-    const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
     shadow_state *s = lighting->internal;
-    ensure_maps(gpu, lighting, s);
-    kd_gpu_geometry geometry[2] = {make_geometry(store, list, false), make_geometry(store, list, true)};
-    if (s->arg_count > 0) {
-        size_t bytes = s->arg_count * sizeof(kd_draw_indexed);
-        kd_gpu_ensure_buffer(gpu, &s->args_buffer, bytes, 0, "shadow arguments");
-        kd_gpu_write_buffer(gpu, s->args_buffer, 0, s->args.items, bytes);
-        kd_gpu_bind_storage(gpu, 0, list->objects);
+    shadow_pass pass = {.gpu = context->gpu, .s = s, .store = kd_singleton(context->world, kd_scene_store)};
+    bool ready = false;
+    ensure_maps(context->gpu, lighting, s);
+    s->drawn_casters = s->drawn_layers = s->copied_layers = 0;
+    s->bytes_moved = 0;
+    for (uint32_t i = 0; i < s->layer_count; i++) {
+        shadow_work work = shadow_compare(s, &s->layers[i]);
+        if (work == SHADOW_KEEP)
+            continue;
+        if (!ready) {
+            pass.geometry[0] = make_geometry(pass.store, list, false);
+            pass.geometry[1] = make_geometry(pass.store, list, true);
+            upload_args(&pass, list);
+            ready = true;
+        }
+        if (work == SHADOW_DRAW_MOVING)
+            draw_moving(&pass, &s->layers[i]);
+        else
+            draw_all(&pass, &s->layers[i]);
+        shadow_remember(s, &s->layers[i]);
     }
-    for (uint32_t i = 0; i < s->layer_count; i++)
-        draw_layer(gpu, s, &s->layers[i], store, geometry);
 }
 
 static uint64_t shadow_bytes(const kd_system_context *context)
 {
-    const shadow_state *s = get_state(context->world);
-    uint64_t directional = (uint64_t)s->directional_edge * s->directional_edge * s->directional_layers;
-    return (directional + (uint64_t)s->spot_edge * s->spot_edge * s->spot_layers) * 4;
+    return get_state(context->world)->bytes_moved;
 }
 
 kd_status kd_shadow_import(kd_schedule *schedule)
@@ -211,6 +246,7 @@ kd_status kd_shadow_import(kd_schedule *schedule)
          .where = KD_ON_CPU,
          .components = {KD_USES(kd_light), KD_USES(kd_world_transform), KD_USES(kd_mesh_instance),
                         KD_USES(kd_view), KD_USES(kd_frame), KD_USES(kd_draw_list), KD_USES(kd_scene_store),
+                        KD_USES(kd_joint_palette), KD_USES(kd_skin_instance), KD_USES(kd_morph_weights),
                         KD_CHANGES(kd_lighting)},
          .init = shadow_lights_init,
          .fini = shadow_lights_fini,
@@ -230,7 +266,7 @@ kd_status kd_shadow_import(kd_schedule *schedule)
          .resources = {{"scene.vertices", KD_USE_VERTEX},
                        {"scene.indices", KD_USE_INDEX},
                        {"scene.objects", KD_USE_STORAGE_READ | KD_USE_VERTEX},
-                       {"shadow.maps", KD_USE_TARGET}},
+                       {"shadow.maps", KD_USE_TARGET | KD_USE_COPY_READ | KD_USE_COPY_WRITE}},
          .init = shadow_init,
          .fini = shadow_fini,
          .run = shadow_run_system,

@@ -44,6 +44,43 @@ static void texture_layers_are_written_one_by_one(void **state) {
     assert_true(kd_gpu_failed(gpu));
 }
 
+/* Layer 2 of one array becomes layer 0 of another; the rest of both stays. Depth goes as colour does. */
+static void layers_are_copied_between_textures(void **state) {
+    kd_gpu *gpu = *state;
+    const kd_texture_format formats[] = {KD_R32UI, KD_DEPTH32F};
+    for (int f = 0; f < 2; f++) {
+        uint32_t out[8], data[12];
+        for (uint32_t i = 0; i < 12; i++) {
+            float depth = (float)i / 16;
+            memcpy(&data[i], &depth, sizeof depth);
+        }
+        kd_gpu_texture_desc desc = {.kind = KD_TEXTURE_2D_ARRAY,
+                                    .format = formats[f],
+                                    .width = 2,
+                                    .height = 2,
+                                    .depth = 3,
+                                    .data = data};
+        kd_gpu_texture from = kd_gpu_make_texture(gpu, &desc);
+        desc.depth = 2;
+        kd_gpu_texture to = kd_gpu_make_texture(gpu, &desc);
+        kd_gpu_copy_texture(gpu, from, 2, to, 0, 0);
+        kd_gpu_read_texture(gpu, to, 0, out, sizeof out);
+        assert_memory_equal(out, data + 8, 16);
+        assert_memory_equal(out + 4, data + 4, 16);
+        fixture_assert_clean(gpu);
+        kd_gpu_destroy_texture(gpu, from);
+        kd_gpu_destroy_texture(gpu, to);
+    }
+}
+
+static void copy_that_does_not_fit_is_refused(void **state) {
+    kd_gpu *gpu = *state;
+    kd_gpu_texture small = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_R32UI, .width = 2});
+    kd_gpu_texture large = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_R32UI, .width = 3});
+    kd_gpu_copy_texture(gpu, small, 0, large, 0, 0);
+    assert_true(kd_gpu_failed(gpu));
+}
+
 static void mips_average_level_zero(void **state) {
     const uint8_t texels[4][4] = {{0, 0, 0, 0}, {40, 0, 0, 0}, {80, 0, 0, 0}, {120, 0, 0, 0}};
     uint8_t out[4];
@@ -208,6 +245,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(every_format_and_kind_can_be_made_written_and_read),
         FIXTURE_TEST(texture_layers_are_written_one_by_one),
+        FIXTURE_TEST(layers_are_copied_between_textures),
+        FIXTURE_TEST(copy_that_does_not_fit_is_refused),
         FIXTURE_TEST(mips_average_level_zero),
         FIXTURE_TEST(shadow_filter_compares_less_or_equal),
         FIXTURE_TEST(lod_picks_a_level_under_every_filter),
