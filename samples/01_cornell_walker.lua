@@ -64,7 +64,7 @@ kandil.spawn {
     name = "bulb",
     parent = hook,
     mesh = { shape = "sphere", size = {0.12, 0.12, 0.12} },
-    material = { base_color = {1, 1, 1}, emissive = {12, 10, 7} },
+    material = { base_color = {1, 1, 1}, emissive = {8, 6.6, 4.6} },
     transform = { position = {0, -0.34, 0} },
 }
 kandil.spawn { -- below the bulb, so that the bulb does not shadow it; a light shines along its own -z

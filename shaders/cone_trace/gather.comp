@@ -26,22 +26,23 @@ cone_settings settings()
     return cone_settings(gather.cone.y, gather.cone.z, gather.light.y);
 }
 
-// Neighbours turn their cones against each other, by quarters of the angle between two cones of a ring; smooth.comp, whose
-// weights add up equally over any two by two pixels, makes one set of four times as many directions of them.
-mat3 turned(mat3 frame, ivec2 at)
+// Neighbours turn their cones against each other, by quarters of the angle between two cones of a ring, and tilt them a
+// little; smooth.comp, whose weights add up equally over any two by two pixels, makes one set of four times as many
+// directions of them.
+vec3 turned(vec3 cone, float variant)
 {
-    float angle = gather.cone_turn.x * float((at.x & 1) + 2 * (at.y & 1));
-    float c = cos(angle), s = sin(angle);
-    return mat3(c * frame[0] + s * frame[1], c * frame[1] - s * frame[0], frame[2]);
+    float angle = gather.cone_turn.x * variant, c = cos(angle), s = sin(angle);
+    return normalize(vec3(c * cone.x - s * cone.y, s * cone.x + c * cone.y, cone.z + gather.cone_turn.y * (variant - 1.5)));
 }
 
 vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
 {
-    mat3 frame = turned(frame_round(normal), at);
+    mat3 frame = frame_round(normal);
+    float variant = float((at.x & 1) + 2 * (at.y & 1));
     vec3 irradiance = vec3(0.0);
     float visible = 0.0;
     for (uint i = 0u; i < gather.size.w; i++) {
-        vec3 direction = frame * gather.cones[i].xyz;
+        vec3 direction = frame * turned(gather.cones[i].xyz, variant);
         cone_result r = cone_trace(origin, direction, gather.cone.x, 0.5 * span, settings());
         irradiance += gather.cones[i].w * (r.radiance + r.transmittance * gather.light.w);
         visible += gather.cones[i].w * (1.0 - r.occlusion);

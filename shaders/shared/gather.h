@@ -11,7 +11,7 @@ struct kd_gather_params {
     vec4 cone;       /* x: tan(aperture/2), y: step in diameters, z: largest distance m, w: start in voxels */
     vec4 light;      /* x: intensity, y: AO falloff 1/m, z: AO intensity, w: radiance of the sky */
     uvec4 flags;     /* x: 1 traces glossy cones */
-    vec4 cone_turn;  /* x: angle between the cones of neighbouring pixels */
+    vec4 cone_turn;  /* x: angle between the cones of neighbouring pixels, y: difference of their height over the surface */
     /* ---- 80 */
     vec4 cones[KD_MAX_CONES]; /* xyz: direction round +Z, w: weight; weights add up to 1 */
     /* ---- 336 */

@@ -52,6 +52,9 @@ static void fit_targets(kd_gpu *gpu, gather_state *state, kd_gi_targets *gi, uin
     }
 }
 
+/* A ring at 60 degrees becomes four at 53 to 68: a small bright thing then leaves no ring on the wall beside it. */
+#define CONE_TILT 0.1f
+
 static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tree, uint32_t width, uint32_t height)
 {
     float reach = tree->span_m[tree->cascade_count - 1] * (float)tree->resolution * 1.7320508f;
@@ -64,6 +67,7 @@ static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tr
     };
     kd_vec4 cones[KD_MAX_CONES];
     p.cone_turn.x = 0.25f * cones_make(cones, p.size.w);
+    p.cone_turn.y = CONE_TILT;
     for (uint32_t i = 0; i < p.size.w; i++)
         p.cones[i] = (kd_gl_vec4){cones[i].x, cones[i].y, cones[i].z, cones[i].w};
     return p;
