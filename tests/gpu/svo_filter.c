@@ -1,0 +1,213 @@
+/* The filter: radiance and optical depth keep their meaning from leaves to the coarsest level, and nothing stays behind. */
+
+#include "tests/voxel_fixture.h"
+
+static float half_to_float(uint16_t h)
+{
+    int exponent = h >> 10 & 31, mantissa = h & 1023;
+    float v = exponent == 0 ? ldexpf((float)mantissa, -24) : ldexpf((float)(mantissa + 1024), exponent - 25);
+    return h & 0x8000 ? -v : v;
+}
+
+typedef struct atlas {
+    uint32_t width, depth, cascades;
+    uint16_t (*texels)[4];
+} atlas;
+
+static atlas read_atlas(voxel_world *v)
+{
+    atlas a = {.width = 6 * KD_DENSE, .cascades = voxel_scene(v)->cascade_count};
+    a.depth = a.cascades * KD_DENSE + KD_DENSE / 2;
+    size_t bytes = (size_t)a.width * KD_DENSE * a.depth * 8;
+    a.texels = malloc(bytes);
+    assert_non_null(a.texels);
+    kd_gpu_read_texture(voxel_gpu, voxel_svo(v)->atlas, 0, a.texels, bytes);
+    return a;
+}
+
+/* Cell of cascade c (mip 0), or of mip level `mip` above the outermost, as a ray towards `direction` sees it. */
+static void load(const atlas *a, uint32_t c, uint32_t mip, const uint32_t cell[3], uint32_t direction, float out[4])
+{
+    uint32_t x = cell[0] + direction * KD_DENSE, y = cell[1] + (mip ? KD_DENSE - (2u * KD_DENSE >> mip) : 0);
+    uint32_t z = cell[2] + (mip ? a->cascades : c) * KD_DENSE;
+    for (int k = 0; k < 4; k++)
+        out[k] = half_to_float(a->texels[((size_t)z * KD_DENSE + y) * a->width + x][k]);
+}
+
+/* ---- a room that shines everywhere ---- */
+
+/* Every texel with matter in it sends out what the walls do. A hundredth: 9 bits of shared-exponent radiance, 12 of relative
+ * emission, half floats. Returns how many there are. */
+static uint32_t assert_uniform(voxel_world *v, kd_vec3 emission)
+{
+    atlas a = read_atlas(v);
+    uint32_t seen = 0;
+    for (size_t i = 0; i < (size_t)a.width * KD_DENSE * a.depth; i++) {
+        float depth = half_to_float(a.texels[i][3]);
+        if (!(depth > 0.01f)) /* of less than that half floats say too little */
+            continue;
+        for (int k = 0; k < 3; k++) {
+            float radiance = half_to_float(a.texels[i][k]) / depth, expected = (&emission.x)[k];
+            if (!(fabsf(radiance - expected) <= 0.01f * expected + 0.002f * emission.x))
+                fail_msg("texel %zu: channel %d sends %g, expected %g; depth %g", i, k, (double)radiance, (double)expected,
+                         (double)depth);
+        }
+        seen++;
+    }
+    free(a.texels);
+    return seen;
+}
+
+static void shining_room(uint32_t resolution, uint32_t cascades, bool moving)
+{
+    voxel_world v = voxel_open((voxel_options){
+        .resolution = resolution, .cascades = cascades, .span = 2.56f / (float)resolution, .lit = true});
+    kd_material_desc m = voxel_matte(0, 0, 0);
+    m.emissive = (kd_vec3){2.5f, 1.7f, 0.4f};
+    m.double_sided = true;
+    kd_entity room = voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){2.1f, 1.7f, 1.9f}, &m, voxel_at(0, 0, 0));
+    for (int i = 0; i < (moving ? 3 : 1); i++) {
+        voxel_frame(&v);
+        assert_true(assert_uniform(&v, m.emissive) > 10000);
+        kd_find_mut(v.world, room, kd_transform)->position.y += 0.0063f;
+        kd_find_mut(v.world, room, kd_transform)->position.x += 0.0021f;
+    }
+    voxel_close(&v);
+}
+
+static void shining_room_is_equally_bright_everywhere(void **state) { (void)state, shining_room(128, 1, false); }
+static void shining_room_of_two_sparse_levels_is_too(void **state) { (void)state, shining_room(256, 1, false); }
+static void shining_room_across_cascades_is_too(void **state) { (void)state, shining_room(128, 2, false); }
+static void shining_room_that_moves_is_too(void **state) { (void)state, shining_room(128, 1, true); }
+
+/* Beside a bright lamp a dim one keeps its own radiance. */
+static void dim_lamp_keeps_its_radiance_beside_a_bright_one(void **state)
+{
+    (void)state;
+    voxel_world v = voxel_open((voxel_options){.span = 0.02f, .lit = true});
+    kd_material_desc bright = voxel_matte(0, 0, 0), dim = voxel_matte(0, 0, 0);
+    bright.emissive = (kd_vec3){10, 10, 10};
+    dim.emissive = (kd_vec3){0.5f, 0.5f, 0.5f};
+    voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.4f, 0.4f, 0.4f}, &bright, voxel_at(-0.7f, 0, 0));
+    kd_entity lamp = voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.4f, 0.4f, 0.4f}, &dim, voxel_at(0.7f, 0, 0));
+    voxel_frame(&v);
+    kd_find_mut(v.world, lamp, kd_transform)->position.y += 0.007f;
+    voxel_frame(&v);
+    atlas a = read_atlas(&v);
+    uint32_t seen = 0;
+    for (size_t i = 0; i < (size_t)a.width * KD_DENSE * KD_DENSE; i++) {
+        float depth = half_to_float(a.texels[i][3]), radiance = half_to_float(a.texels[i][0]) / depth;
+        if (i % KD_DENSE <= KD_DENSE / 2 || !(depth > 0.05f))
+            continue;
+        assert_float_equal(radiance, 0.5f, 0.01f);
+        seen++;
+    }
+    assert_true(seen > 500);
+    free(a.texels);
+    voxel_close(&v);
+}
+
+/* ---- a wall ---- */
+
+/* A plane through all cascades, seen from its front, its back and along it. */
+static void assert_wall(const atlas *a, uint32_t c, uint32_t mip, const voxel_world *v, float height)
+{
+    const kd_voxel_scene *scene = kd_singleton(v->world, kd_voxel_scene);
+    uint32_t n = KD_DENSE >> mip, cell[3];
+    float edge = scene->span[c] * (float)(scene->resolution / n);
+    cell[1] = (uint32_t)floorf((height - scene->origin_ws[c].y) / edge);
+    for (cell[2] = n / 8; cell[2] < n - n / 8; cell[2]++)
+        for (cell[0] = n / 8; cell[0] < n - n / 8; cell[0]++)
+            for (uint32_t direction = 0; direction < 6; direction++) {
+                float texel[4];
+                load(a, c, mip, cell, direction, texel);
+                assert_float_equal(texel[3], direction == 3 ? KD_FULL_DEPTH : 0, 0.05f);
+            }
+}
+
+static void wall_keeps_its_depth(uint32_t resolution, float height)
+{
+    voxel_world v = voxel_open(
+        (voxel_options){.resolution = resolution, .cascades = 2, .span = 2.56f / (float)resolution, .lit = true});
+    voxel_shape(&v, KD_SHAPE_PLANE, (kd_vec3){9, 0, 9}, NULL, voxel_at(0, height, 0));
+    voxel_frame(&v);
+    atlas a = read_atlas(&v);
+    assert_wall(&a, 0, 0, &v, height);
+    assert_wall(&a, 1, 0, &v, height);
+    for (uint32_t mip = 1; mip <= KD_DENSE_MIPS; mip++)
+        assert_wall(&a, 1, mip, &v, height);
+    free(a.texels);
+    voxel_close(&v);
+}
+
+static void wall_stops_rays_at_every_level(void **state)
+{
+    (void)state;
+    wall_keeps_its_depth(128, 0.003f);
+    wall_keeps_its_depth(128, 0.031f);
+}
+
+static void wall_of_two_sparse_levels_does_too(void **state)
+{
+    (void)state;
+    wall_keeps_its_depth(256, 0.003f);
+    wall_keeps_its_depth(256, 0.017f);
+}
+
+/* ---- what is gone is gone ---- */
+
+static voxel_world open_hall(kd_entity *lamp)
+{
+    voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.02f, .lit = true});
+    kd_material_desc bright = voxel_matte(0.2f, 0.2f, 0.2f);
+    bright.emissive = (kd_vec3){3, 2, 1};
+    voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.1f, 0.1f, 0.1f}, &bright, voxel_at(-2, -1, -1)); /* they span the bounds */
+    voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.1f, 0.1f, 0.1f}, &bright, voxel_at(2, 1, 1));
+    voxel_shape(&v, KD_SHAPE_PLANE, (kd_vec3){2, 0, 2}, &bright, voxel_at(0.013f, -0.3f, 0.003f));
+    if (lamp)
+        *lamp = voxel_shape(&v, KD_SHAPE_SPHERE, (kd_vec3){0.7f, 0.7f, 0.7f}, &bright, voxel_at(0.1f, 0.1f, 0.1f));
+    return v;
+}
+
+static void what_leaves_is_emptied(void **state)
+{
+    (void)state;
+    kd_entity lamp;
+    voxel_world visited = open_hall(&lamp), fresh = open_hall(NULL);
+    for (int i = 0; i < 3; i++) { /* the lamp rests, moves, and leaves; the camera moves the cascades and comes back */
+        voxel_frame(&visited);
+        kd_find_mut(visited.world, lamp, kd_transform)->position.x += 0.231f;
+        kd_find_mut(visited.world, visited.camera, kd_transform)->position.x = i == 1 ? 1.5f : 0.0f;
+    }
+    kd_destroy(visited.world, lamp);
+    voxel_frame(&visited);
+    voxel_frame(&fresh);
+    atlas a = read_atlas(&visited), b = read_atlas(&fresh);
+    size_t texels = (size_t)a.width * KD_DENSE * a.depth, lit = 0;
+    for (size_t i = 0; i < texels; i++) {
+        lit += b.texels[i][3] != 0;
+        if (memcmp(a.texels[i], b.texels[i], sizeof a.texels[i]) != 0)
+            fail_msg("texel %zu holds depth %g, a fresh run's %g", i, (double)half_to_float(a.texels[i][3]),
+                     (double)half_to_float(b.texels[i][3]));
+    }
+    assert_true(lit > 1000);
+    free(a.texels);
+    free(b.texels);
+    voxel_close(&visited);
+    voxel_close(&fresh);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(shining_room_is_equally_bright_everywhere),
+        cmocka_unit_test(shining_room_of_two_sparse_levels_is_too),
+        cmocka_unit_test(shining_room_across_cascades_is_too),
+        cmocka_unit_test(shining_room_that_moves_is_too),
+        cmocka_unit_test(dim_lamp_keeps_its_radiance_beside_a_bright_one),
+        cmocka_unit_test(wall_stops_rays_at_every_level),
+        cmocka_unit_test(wall_of_two_sparse_levels_does_too),
+        cmocka_unit_test(what_leaves_is_emptied),
+    };
+    return VOXEL_GROUP(tests);
+}
