@@ -75,7 +75,7 @@ static kd_status open_schedule(run *r) {
     if (status == KD_OK)
         status = app_capture_import(r->capture, r->schedule);
     if (status == KD_OK)
-        status = app_timing_open(&r->timing, r->schedule, r->world, r->gpu, r->jobs, timing_mode(r));
+        status = app_timing_open(&r->timing, r->schedule, r->gpu, timing_mode(r));
     if (status == KD_OK)
         status = kd_schedule_init(r->schedule);
     return status;
@@ -163,7 +163,7 @@ static kd_status finish(run *r, kd_status status) {
         status = written != KD_OK ? written : status;
     }
     if (r->options->profile && r->done > 0)
-        app_timing_print(&r->timing);
+        kd_profile_write_table(r->timing.profile, stdout);
     return status;
 }
 

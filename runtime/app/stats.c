@@ -77,33 +77,6 @@ static void put_context(kd_json *j, const kd_gpu *gpu, const kd_jobs *jobs) {
     kd_json_object_end(j);
 }
 
-static void put_systems(kd_json *j, const app_timing *t) {
-    app_summary frame = app_summarise(&t->frames);
-    kd_json_key(j, "frame_ms");
-    kd_json_object_begin(j);
-    put_double(j, "median", frame.median);
-    put_double(j, "p95", frame.p95);
-    put_double(j, "max", frame.max);
-    kd_json_object_end(j);
-    put_string(j, "gpu_timing", t->mode == APP_TIMING_SYNC ? "sync" : "timestamps");
-    kd_json_key(j, "systems");
-    kd_json_array_begin(j);
-    for (uint32_t i = 0; i < t->system_count; i++) {
-        const kd_system_desc *d = kd_schedule_system(t->schedule, i);
-        app_summary s = app_summarise(&t->systems[i]);
-        kd_json_object_begin(j);
-        put_string(j, "name", d->name);
-        put_string(j, "phase", kd_phase_name(d->phase));
-        put_string(j, "where", d->where == KD_ON_GPU ? "gpu" : "cpu");
-        put_double(j, "median_ms", s.median);
-        put_double(j, "p95_ms", s.p95);
-        put_double(j, "max_ms", s.max);
-        put_uint(j, "bytes", t->bytes[i]);
-        kd_json_object_end(j);
-    }
-    kd_json_array_end(j);
-}
-
 static void put_voxels(kd_json *j, kd_world *w) {
     const kd_tree *tree = kd_singleton(w, kd_tree);
     kd_json_key(j, "voxels");
@@ -158,7 +131,8 @@ kd_status app_stats_write(const char *path, const app_scene *scene, const app_ti
     kd_json_array_end(&j);
     put_uint(&j, "frames", frames);
     put_string(&j, "gi", app_gi_words[scene->gi]);
-    put_systems(&j, timing);
+    put_string(&j, "gpu_timing", timing->mode == APP_TIMING_SYNC ? "sync" : "timestamps");
+    kd_profile_write_json(timing->profile, &j);
     put_voxels(&j, scene->world);
     put_rest(&j, gpu);
     kd_json_object_end(&j);

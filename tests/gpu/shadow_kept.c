@@ -1,12 +1,7 @@
 /* Shadow maps are drawn when something that they show has changed, and at no other time. What a frame leaves
  * in them is compared, byte for byte, with the maps of a world that was made in that state. */
 
-#include "tests/render_fixture.h"
-
-#include "components/deform.h"
-#include "systems/shadow/internal.h"
-
-enum { EDGE = 256 };
+#include "tests/shadow_fixture.h"
 
 /* A small stage: floor, a box, a masked screen; a sun and a spot. What tests change stands here. */
 typedef struct stage_state {
@@ -57,7 +52,7 @@ static stage make_stage(render *r, const stage_state *state)
     stage s = {.r = r};
     mask.alpha_mode = KD_ALPHA_MASK;
     mask.alpha_cutoff = 0.5f;
-    r->frame->settings.light_shadow_size = EDGE;
+    r->frame->settings.light_shadow_size = SHADOW_EDGE;
     render_shape(r, KD_SHAPE_PLANE, (kd_vec3){8, 1, 8}, &m, (kd_vec3){0, 0, 0}, RENDER_UPRIGHT, RENDER_UNIT);
     s.screen = render_shape(r, KD_SHAPE_BOX, (kd_vec3){0.6f, 0.6f, 0.1f}, &mask, (kd_vec3){1, 0.8f, 0.3f},
                             RENDER_UPRIGHT, RENDER_UNIT);
@@ -73,52 +68,15 @@ static stage make_stage(render *r, const stage_state *state)
     return s;
 }
 
-static shadow_state *state_of(const render *r)
-{
-    return kd_singleton(r->world, kd_lighting)->internal;
-}
-
-/* Both arrays, one after the other. */
-static float *read_maps(const render *r, size_t *count)
-{
-    const kd_lighting *l = kd_singleton(r->world, kd_lighting);
-    const shadow_state *s = state_of(r);
-    size_t sun = (size_t)EDGE * EDGE * s->maps[true].layers,
-           spot = (size_t)EDGE * EDGE * s->maps[false].layers;
-    assert_true(s->maps[true].edge == EDGE && s->maps[false].edge == EDGE);
-    float *out = malloc((sun + spot) * sizeof *out);
-    assert_non_null(out);
-    kd_gpu_read_texture(r->gpu, l->shadow_directional, 0, out, sun * sizeof *out);
-    kd_gpu_read_texture(r->gpu, l->shadow_spot, 0, out + sun, spot * sizeof *out);
-    *count = sun + spot;
-    return out;
-}
-
 /* The maps are what a world shows that was in this state from its first frame on. */
+static void make_fresh(render *fresh, const void *state)
+{
+    make_stage(fresh, state);
+}
+
 static void expect_like_fresh(const stage *s, const stage_state *state)
 {
-    render *fresh;
-    size_t count, fresh_count;
-    float *maps = read_maps(s->r, &count);
-    kd_gpu_make_current(s->r->gpu, false);
-    render_setup((void **)&fresh);
-    make_stage(fresh, state);
-    render_frame(fresh, "kept_fresh");
-    float *expected = read_maps(fresh, &fresh_count);
-    render_teardown((void **)&fresh);
-    kd_gpu_make_current(s->r->gpu, true);
-    kd_log_set_sink(render_log, s->r);
-    assert_int_equal(count, fresh_count);
-    size_t differing = 0, covered = 0;
-    for (size_t i = 0; i < count; i++) {
-        differing += memcmp(&maps[i], &expected[i], sizeof maps[i]) != 0;
-        covered += expected[i] < 1;
-    }
-    free(maps);
-    free(expected);
-    assert_true(covered > 1000); /* else there was nothing to compare */
-    if (differing != 0)
-        fail_msg("%zu of %zu texels differ from those of a fresh world", differing, count);
+    shadow_expect_like_fresh(s->r, make_fresh, state);
 }
 
 /* A settled stage: its maps are drawn. */
@@ -126,7 +84,7 @@ static stage settle(render *r, const stage_state *state)
 {
     stage s = make_stage(r, state);
     render_frame(r, "kept");
-    assert_true(state_of(r)->drawn_casters > 0);
+    assert_true(shadow_state_of(r)->drawn_casters > 0);
     render_frame(r, "kept");
     return s;
 }
@@ -136,10 +94,10 @@ static void steady_frame_draws_nothing(void **state)
     render *r = *state;
     stage s = settle(r, &START);
     for (int i = 0; i < 3; i++) {
-        assert_int_equal(state_of(r)->drawn_layers, 0);
-        assert_int_equal(state_of(r)->drawn_casters, 0);
-        assert_int_equal(state_of(r)->copied_layers, 0);
-        assert_int_equal(state_of(r)->bytes_moved, 0);
+        assert_int_equal(shadow_state_of(r)->drawn_layers, 0);
+        assert_int_equal(shadow_state_of(r)->drawn_casters, 0);
+        assert_int_equal(shadow_state_of(r)->copied_layers, 0);
+        assert_int_equal(shadow_state_of(r)->bytes_moved, 0);
         render_frame(r, "kept");
     }
     expect_like_fresh(&s, &START);
@@ -156,7 +114,7 @@ static void moved_caster_gives_the_maps_of_a_fresh_world(void **state)
         now.turn = render_look((kd_vec3){0.2f * (float)i, 0, -1});
         apply(&s, &now);
         render_frame(r, "kept");
-        const shadow_state *shadow = state_of(r);
+        const shadow_state *shadow = shadow_state_of(r);
         assert_true(shadow->drawn_casters > 0);
         /* from the second time on it is drawn over the others' depth, from the third on nothing else is drawn
          */
@@ -167,7 +125,7 @@ static void moved_caster_gives_the_maps_of_a_fresh_world(void **state)
         expect_like_fresh(&s, &now);
     }
     render_frame(r, "kept");
-    assert_int_equal(state_of(r)->drawn_layers, 0);
+    assert_int_equal(shadow_state_of(r)->drawn_layers, 0);
     expect_like_fresh(&s, &now);
 }
 
@@ -180,8 +138,8 @@ static void moved_light_redraws_its_maps_alone(void **state)
         now.lamp.x += 0.1f;
         apply(&s, &now);
         render_frame(r, "kept");
-        assert_int_equal(state_of(r)->drawn_layers, 1);
-        assert_int_equal(state_of(r)->copied_layers, 0);
+        assert_int_equal(shadow_state_of(r)->drawn_layers, 1);
+        assert_int_equal(shadow_state_of(r)->copied_layers, 0);
         expect_like_fresh(&s, &now);
     }
 }
@@ -198,8 +156,8 @@ static void moved_camera_draws_cascades_that_snap(void **state)
         now.eye.x = i < 4 ? 1e-4f * (float)i : 1.3f;
         apply(&s, &now);
         render_frame(r, "kept");
-        moved = state_of(r)->drawn_layers;
-        assert_true(moved < state_of(r)->layer_count);
+        moved = shadow_state_of(r)->drawn_layers;
+        assert_true(moved < shadow_state_of(r)->layer_count);
         expect_like_fresh(&s, &now);
     }
     assert_true(moved > 0);
@@ -215,7 +173,7 @@ static void hidden_caster_leaves_and_comes_back(void **state)
         now.box.x += 0.1f; /* so that it is a moving one from its second coming on */
         apply(&s, &now);
         render_frame(r, "kept");
-        assert_true(state_of(r)->drawn_layers + state_of(r)->copied_layers > 0);
+        assert_true(shadow_state_of(r)->drawn_layers + shadow_state_of(r)->copied_layers > 0);
         expect_like_fresh(&s, &now);
     }
 }
@@ -232,8 +190,8 @@ static void destroyed_caster_leaves_no_shadow(void **state)
     }
     kd_destroy(r->world, s.box);
     render_frame(r, "kept");
-    assert_true(state_of(r)->copied_layers >= 2);
-    assert_int_equal(state_of(r)->drawn_casters, 0);
+    assert_true(shadow_state_of(r)->copied_layers >= 2);
+    assert_int_equal(shadow_state_of(r)->drawn_casters, 0);
     now.hide_box = true;
     expect_like_fresh(&s, &now);
 }
@@ -246,15 +204,15 @@ static void changed_mask_is_drawn_anew(void **state)
     now.opacity = 0.3f;
     apply(&s, &now);
     render_frame(r, "kept");
-    assert_true(state_of(r)->drawn_layers > 0);
+    assert_true(shadow_state_of(r)->drawn_layers > 0);
     expect_like_fresh(&s, &now);
     now.opacity = 0.7f;
     apply(&s, &now);
     render_frame(r, "kept");
-    assert_true(state_of(r)->drawn_layers > 0);
+    assert_true(shadow_state_of(r)->drawn_layers > 0);
     expect_like_fresh(&s, &now);
     render_frame(r, "kept");
-    assert_int_equal(state_of(r)->drawn_layers, 0);
+    assert_int_equal(shadow_state_of(r)->drawn_layers, 0);
 }
 
 /* A second lamp makes the array grow, which loses what the maps held. */
@@ -266,13 +224,13 @@ static void new_light_fills_all_maps_of_its_kind(void **state)
         render_light(r, (kd_light){.type = KD_SPOT, .color = {1, 1, 1}, .intensity = 30, .outer_cone = 0.7f},
                      (kd_vec3){0, 4, 0}, (kd_vec3){0, -1, 0});
     render_frame(r, "kept");
-    assert_int_equal(state_of(r)->drawn_layers, 2);
+    assert_int_equal(shadow_state_of(r)->drawn_layers, 2);
     kd_destroy(r->world, second);
     render_frame(r, "kept");
-    assert_int_equal(state_of(r)->drawn_layers, 0); /* the first lamp's map still stands */
+    assert_int_equal(shadow_state_of(r)->drawn_layers, 0); /* the first lamp's map still stands */
     kd_destroy(r->world, s.lamp);
     render_frame(r, "kept");
-    assert_int_equal(state_of(r)->drawn_layers, 0);
+    assert_int_equal(shadow_state_of(r)->drawn_layers, 0);
 }
 
 int main(void)
