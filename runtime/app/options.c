@@ -20,7 +20,7 @@
 
 const char *const app_gi_words[] = {"cones", "none", NULL};
 const char *const app_view_words[] = {"final",  "direct", "indirect", "ao",    "specular", "albedo",
-                                      "normal", "depth",  "octree",   "light", NULL};
+                                      "normal", "depth",  "octree",   NULL};
 _Static_assert(sizeof app_view_words / sizeof *app_view_words == KD_VIEW_MODE_COUNT + 1,
                "a view lacks its word");
 

@@ -2,6 +2,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "components/animation.h"
+#include "components/mesh_instance.h"
 #include "components/transform.h"
 #include "runtime/app/console.h"
 #include "runtime/app/scene.h"
@@ -99,6 +101,24 @@ static kd_status spawn_plain(app_scene *scene, const kd_script_spawn *spawn, kd_
     return status;
 }
 
+/* A shape is one entity to its scenario: its only node's mesh moves to the root. */
+static kd_status join_shape(kd_world *w, kd_entity root) {
+    kd_entity node = kd_first_child(w, root);
+    const kd_mesh_instance *mesh = kd_find(w, node, kd_mesh_instance);
+    if (!mesh)
+        return KD_OK;
+    kd_mesh_instance copy = *mesh;
+    kd_destroy(w, node);
+    return kd_set_value(w, root, (kd_value){&kd_mesh_instance_desc, &copy});
+}
+
+/* A model stands still until its scenario lets it play. */
+static void stop_clips(kd_world *w, kd_entity root) {
+    kd_animation *animation = kd_find_mut(w, root, kd_animation);
+    if (animation)
+        animation->clip = 0;
+}
+
 static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out) {
     uint32_t model;
     const char *name = spawn->name ? spawn->name : "";
@@ -106,6 +126,10 @@ static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_
         spawn->model ? app_scene_model(scene, spawn->model, &model) : ensure_shape(scene, spawn, &model);
     if (status == KD_OK)
         status = kd_scene_instantiate(scene->world, model, spawn->parent, name, out);
+    if (status == KD_OK && !spawn->model)
+        status = join_shape(scene->world, *out);
+    if (status == KD_OK && spawn->model)
+        stop_clips(scene->world, *out);
     if (status == KD_OK && spawn->model && spawn->material.given) {
         kd_material_desc material = material_of(&spawn->material);
         kd_scene_override_material(scene->world, *out, kd_scene_add_material(scene->world, &material));

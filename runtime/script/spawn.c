@@ -121,6 +121,14 @@ static kd_entity read_parent(lua_State *L) {
 }
 
 /* Set the components of the table on the entity, in order of registration. */
+/* A component with fields of the runtime's own cannot be made by a scenario: only the entities that have it know them. */
+static bool may_add(const kd_script_host *host, const kd_component_desc *desc) {
+    for (uint32_t i = 0; host->may_write && i < desc->field_count; i++)
+        if (!host->may_write(host->user, desc->name, desc->fields[i].name))
+            return false;
+    return true;
+}
+
 static void set_components(lua_State *L, kd_entity e) {
     kd_world *w = script_of(L)->world;
     for (kd_component_id id = 1; id <= kd_component_count(w); id++) {
@@ -131,6 +139,9 @@ static void set_components(lua_State *L, kd_entity e) {
         }
         char *value = lua_newuserdatauv(L, desc->size ? desc->size : 1, 0);
         const void *start = kd_find_id(w, e, id);
+        if (!start && !may_add(&script_of(L)->host, desc))
+            luaL_error(L, WHAT ".%s: what is spawned has no '%s' itself; set it on the part that has, e:child(\"name\")",
+                       desc->name, desc->name);
         if (!start)
             start = desc->default_value;
         if (start)
