@@ -55,7 +55,12 @@ typedef struct kd_component_desc {
     const void *default_value;                    /* size bytes; NULL means zeros */
     void (*on_remove)(void *value, void *user);   /* frees what the component owns; NULL: plain data */
     void *hook_user;
+    uint32_t flags; /* kd_component_flags */
 } kd_component_desc;
+
+typedef enum kd_component_flags {
+    KD_COMPONENT_TRANSIENT = 1, /* left out of snapshots (handles of a device, caches): the restored world lacks it */
+} kd_component_flags;
 
 #define KD_COMPONENT_DECLARE(type) extern const kd_component_desc type##_desc
 

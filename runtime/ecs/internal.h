@@ -151,6 +151,8 @@ struct kd_query {
     bool has_any;
     ecs_match *matches;
     uint32_t match_count, match_capacity;
+    ecs_match *kept_matches; /* while a snapshot is restored: the list of the storage that is put aside */
+    uint32_t kept_count, kept_capacity;
 };
 
 /* ---- commands ---- */
@@ -177,6 +179,7 @@ struct kd_commands {
 /* ---- the world ---- */
 struct kd_world {
     ecs_world_head head;
+    /* The storage: what restoring a snapshot replaces as a whole (snapshot_restore.c), up to `queries`. */
     uint32_t record_capacity;
     uint32_t free_first; /* means nothing when free_count is 0 */
     uint32_t free_count;
@@ -186,10 +189,6 @@ struct kd_world {
     uint32_t archetype_count, archetype_capacity;
     uint32_t *archetype_slots; /* open addressing by hash of ids: index + 1 */
     uint32_t archetype_slot_count;
-
-    _Atomic uint64_t version; /* stamped on write access; raised by kd_world_version */
-    uint64_t structure;       /* raised by every structural change: iterators notice */
-    const char *last_change;  /* which call that was */
 
     ecs_node *nodes; /* by entity index, as far as the hierarchy was used */
     uint32_t node_limit, node_capacity;
@@ -201,7 +200,11 @@ struct kd_world {
     uint32_t *name_slots; /* open addressing by hash of text: group + 1 */
     uint32_t name_slot_count, name_slot_used;
 
-    kd_query *queries;
+    kd_query *queries; /* the storage ends here */
+
+    _Atomic uint64_t version; /* stamped on write access; raised by kd_world_version */
+    uint64_t structure;       /* raised by every structural change: iterators notice */
+    const char *last_change;  /* which call that was */
 
     pthread_mutex_t lock; /* registration of components, singletons, queries */
     _Atomic uint32_t component_count;

@@ -1,6 +1,7 @@
 /* Random programs against a naive model: the same calls on a world and on plain arrays, compared again and
  * again. KANDIL_SLOW=1 runs more and longer programs. */
 
+#include "runtime/ecs/snapshot.h"
 #include "tests/unit/ecs_fixture.h"
 
 enum { MOST = 4000, COMPONENTS = 6, NAMES = 12 };
@@ -27,8 +28,7 @@ typedef union any_value {
     owner o;
 } any_value;
 
-static any_value value_from(int kind, int number)
-{
+static any_value value_from(int kind, int number) {
     any_value v;
     memset(&v, 0, sizeof v);
     switch (kind) {
@@ -54,8 +54,7 @@ static any_value value_from(int kind, int number)
     return v;
 }
 
-static bool value_is(int kind, const void *at, int number)
-{
+static bool value_is(int kind, const void *at, int number) {
     if (kind == TAG)
         return true;
     if (kind == OWNER)
@@ -80,6 +79,7 @@ typedef struct model {
     int newest[MOST]; /* by index of a handle: who has it now */
     int count, alive, owned;
     uint64_t clock, random;
+    bool plain; /* nothing owns memory, so that snapshots can be taken */
     kd_query *queries[8];
 } model;
 
@@ -94,8 +94,7 @@ static const kd_query_desc query_descs[8] = {
     {{{KD_TERM_END, NULL}}, true, NULL},
 };
 
-static bool query_wants(int q, uint32_t has)
-{
+static bool query_wants(int q, uint32_t has) {
     bool c[COMPONENTS];
     for (int k = 0; k < COMPONENTS; k++)
         c[k] = has >> k & 1;
@@ -120,13 +119,11 @@ static bool query_wants(int q, uint32_t has)
 }
 
 /* ---- the model's own moves ---- */
-static int pick(model *m)
-{
+static int pick(model *m) {
     return m->count ? (int)random_below(&m->random, (uint32_t)m->count) : -1;
 }
 
-static int pick_alive(model *m)
-{
+static int pick_alive(model *m) {
     for (int tries = 0; m->alive && tries < 50; tries++) {
         int i = pick(m);
         if (m->e[i].alive)
@@ -135,8 +132,7 @@ static int pick_alive(model *m)
     return -1;
 }
 
-static void model_drop(model *m, int i)
-{
+static void model_drop(model *m, int i) {
     for (int c = 0; c < m->count; c++)
         if (m->e[c].alive && m->e[c].parent == i)
             model_drop(m, c);
@@ -145,24 +141,21 @@ static void model_drop(model *m, int i)
     m->alive--;
 }
 
-static bool model_is_below(const model *m, int i, int ancestor)
-{
+static bool model_is_below(const model *m, int i, int ancestor) {
     for (; i >= 0; i = m->e[i].parent)
         if (i == ancestor)
             return true;
     return false;
 }
 
-static int model_depth(const model *m, int i)
-{
+static int model_depth(const model *m, int i) {
     int depth = 0;
     while ((i = m->e[i].parent) >= 0)
         depth++;
     return depth;
 }
 
-static model_entity *model_add(model *m, kd_entity handle, uint32_t has)
-{
+static model_entity *model_add(model *m, kd_entity handle, uint32_t has) {
     model_entity *e = &m->e[m->count];
     m->newest[handle.index] = m->count++;
     *e = (model_entity){.handle = handle, .alive = true, .has = has, .parent = -1};
@@ -172,8 +165,7 @@ static model_entity *model_add(model *m, kd_entity handle, uint32_t has)
 }
 
 /* ---- operations on both ---- */
-static void op_spawn(model *m)
-{
+static void op_spawn(model *m) {
     kd_value values[COMPONENTS];
     any_value storage[COMPONENTS];
     int numbers[COMPONENTS];
@@ -181,7 +173,7 @@ static void op_spawn(model *m)
     uint32_t first = random_below(&m->random, COMPONENTS);
     for (uint32_t i = 0; i < COMPONENTS; i++) {
         int k = (int)((first + i) % COMPONENTS); /* the order in which they are given must not matter */
-        if (random_below(&m->random, 2))
+        if (random_below(&m->random, 2) || (m->plain && k == OWNER))
             continue;
         numbers[k] = (int)random_below(&m->random, 1000);
         storage[k] = value_from(k, numbers[k]);
@@ -202,8 +194,7 @@ static void op_spawn(model *m)
             e->numbers[k] = numbers[k];
 }
 
-static void op_spawn_n(model *m)
-{
+static void op_spawn_n(model *m) {
     uint32_t n = random_below(&m->random, 20);
     position p[20];
     kd_entity out[20];
@@ -222,8 +213,7 @@ static void op_spawn_n(model *m)
     }
 }
 
-static void op_destroy(model *m)
-{
+static void op_destroy(model *m) {
     int i = pick(m); /* dead ones too: nothing may happen */
     if (i < 0)
         return;
@@ -232,14 +222,13 @@ static void op_destroy(model *m)
         model_drop(m, i);
 }
 
-static void op_set(model *m)
-{
+static void op_set(model *m) {
     int i = pick(m), k = (int)random_below(&m->random, COMPONENTS),
         number = (int)random_below(&m->random, 1000);
     if (i < 0)
         return;
     model_entity *e = &m->e[i];
-    if (!e->alive && k == OWNER)
+    if (k == OWNER && (m->plain || !e->alive))
         return; /* the caller keeps what a refused value owns */
     any_value v = value_from(k, number);
     kd_status status = kd_set_value(m->w, e->handle, (kd_value){kinds[k], k == TAG ? NULL : &v});
@@ -251,8 +240,7 @@ static void op_set(model *m)
     e->numbers[k] = number;
 }
 
-static void op_remove(model *m)
-{
+static void op_remove(model *m) {
     int i = pick(m), k = (int)random_below(&m->random, COMPONENTS);
     if (i < 0)
         return;
@@ -263,8 +251,7 @@ static void op_remove(model *m)
     }
 }
 
-static void op_write(model *m)
-{
+static void op_write(model *m) {
     int i = pick(m);
     health *h = i < 0 ? NULL : kd_find_mut(m->w, m->e[i].handle, health);
     if (i < 0)
@@ -277,8 +264,7 @@ static void op_write(model *m)
     }
 }
 
-static void op_parent(model *m)
-{
+static void op_parent(model *m) {
     int child = pick(m), parent = random_below(&m->random, 4) ? pick(m) : -1;
     if (child < 0)
         return;
@@ -295,15 +281,13 @@ static void op_parent(model *m)
     m->e[child].child_order = ++m->clock;
 }
 
-static const char *name_text(int name)
-{
+static const char *name_text(int name) {
     static char text[16];
     snprintf(text, sizeof text, "name%d", name);
     return name ? text : "";
 }
 
-static void op_name(model *m)
-{
+static void op_name(model *m) {
     int i = pick_alive(m), name = (int)random_below(&m->random, NAMES);
     if (i < 0)
         return;
@@ -314,8 +298,7 @@ static void op_name(model *m)
 }
 
 /* The same changes through a command buffer, merged at once. */
-static void op_commands(model *m)
-{
+static void op_commands(model *m) {
     kd_commands *c = kd_world_commands(m->w, random_below(&m->random, KD_MAX_WORKERS));
     int number = (int)random_below(&m->random, 1000), i = pick(m), doomed = pick(m);
     any_value v = value_from(0, number);
@@ -335,8 +318,7 @@ static void op_commands(model *m)
 }
 
 /* What a loop over a query records: one component for many neighbouring rows. */
-static void op_run(model *m)
-{
+static void op_run(model *m) {
     int k = random_below(&m->random, 2) ? 3 : TAG, number = (int)random_below(&m->random, 1000);
     uint32_t skip = 1 + random_below(&m->random, 40), row = 0;
     any_value v = value_from(k, number);
@@ -357,9 +339,20 @@ static void op_run(model *m)
     assert_int_equal(kd_world_merge(m->w), KD_OK);
 }
 
+/* Through bytes and back: the world that comes back is the one that was written. */
+static void op_snapshot(model *m) {
+    kd_snapshot s = {0};
+    uint64_t before = kd_world_checksum(m->w);
+    assert_int_equal(kd_snapshot_write(m->w, &s), KD_OK);
+    if (random_below(&m->random, 2))
+        kd_spawn(m->w, KD_TAG(position), KD_TAG(padded)); /* what is taken back with it */
+    assert_int_equal(kd_snapshot_restore(m->w, s.data, s.size), KD_OK);
+    assert_true(kd_world_checksum(m->w) == before);
+    kd_snapshot_fini(&s);
+}
+
 /* ---- comparison ---- */
-static void check_entity(const model *m, int i)
-{
+static void check_entity(const model *m, int i) {
     const model_entity *e = &m->e[i];
     assert_int_equal(kd_alive(m->w, e->handle), e->alive);
     for (int k = 0; k < COMPONENTS; k++) {
@@ -377,8 +370,7 @@ static void check_entity(const model *m, int i)
     assert_int_equal(kd_get_depth(m->w, e->handle), model_depth(m, i));
 }
 
-static void check_children(const model *m, int i)
-{
+static void check_children(const model *m, int i) {
     uint64_t after = 0;
     kd_entity child = kd_first_child(m->w, m->e[i].handle);
     for (;; child = kd_next_sibling(m->w, child)) {
@@ -394,8 +386,7 @@ static void check_children(const model *m, int i)
     }
 }
 
-static void check_names(const model *m)
-{
+static void check_names(const model *m) {
     for (int name = 1; name < NAMES; name++) {
         int first = -1;
         for (int i = 0; i < m->count; i++)
@@ -406,8 +397,7 @@ static void check_names(const model *m)
     }
 }
 
-static void check_query(const model *m, int q)
-{
+static void check_query(const model *m, int q) {
     uint32_t expected = 0, rows = 0, depth = 0;
     uint64_t expected_sum = 0, sum = 0;
     for (int i = 0; i < m->count; i++)
@@ -427,8 +417,7 @@ static void check_query(const model *m, int q)
     assert_true(sum == expected_sum);
 }
 
-static void check_all(const model *m)
-{
+static void check_all(const model *m) {
     assert_int_equal(kd_entity_count(m->w), m->alive);
     for (int i = 0; i < m->count; i++)
         check_entity(m, i);
@@ -440,8 +429,7 @@ static void check_all(const model *m)
         check_query(m, q);
 }
 
-static void step(model *m)
-{
+static void step(model *m) {
     static void (*const ops[])(model *) = {op_spawn, op_spawn,    op_spawn_n, op_destroy, op_set,
                                            op_set,   op_remove,   op_write,   op_parent,  op_parent,
                                            op_name,  op_commands, op_remove};
@@ -450,16 +438,18 @@ static void step(model *m)
         op = 3; /* enough of them: destroy more */
     if (random_below(&m->random, 50) == 0)
         op_run(m);
+    if (m->plain && random_below(&m->random, 80) == 0)
+        op_snapshot(m);
     if (m->count < MOST - 30)
         ops[op](m);
 }
 
 /* Run a program of `steps` operations; returns the checksum of the world at its end. */
-static uint64_t run_program(uint64_t seed, int steps, int check_every)
-{
+static uint64_t run_program(uint64_t seed, int steps, int check_every) {
     static model m;
     memset(&m, 0, sizeof m);
     m.random = seed * 0x9e3779b97f4a7c15u + 1;
+    m.plain = seed % 4 == 0;
     m.w = kd_world_make();
     assert_non_null(m.w);
     owner_releases = 0;
@@ -482,21 +472,18 @@ static uint64_t run_program(uint64_t seed, int steps, int check_every)
     return checksum;
 }
 
-static bool slow(void)
-{
+static bool slow(void) {
     return getenv("KANDIL_SLOW") && *getenv("KANDIL_SLOW") == '1';
 }
 
-static void random_programs_agree_with_the_model(void **state)
-{
+static void random_programs_agree_with_the_model(void **state) {
     (void)state;
     uint64_t seeds = slow() ? 5000 : 400;
     for (uint64_t seed = 1; seed <= seeds; seed++)
         run_program(seed, 3000, slow() ? 100 : 300);
 }
 
-static void random_programs_repeat_exactly(void **state)
-{
+static void random_programs_repeat_exactly(void **state) {
     (void)state;
     for (uint64_t seed = 1; seed <= 40; seed++)
         assert_true(run_program(seed, 2000, 0) == run_program(seed, 2000, 0));
@@ -505,8 +492,7 @@ static void random_programs_repeat_exactly(void **state)
 
 /* Memory runs out at every possible moment in turn: calls fail, nothing breaks, and what lives can still be
  * read. */
-static void programs_survive_without_memory(void **state)
-{
+static void programs_survive_without_memory(void **state) {
     (void)state;
     kd_log_set_sink(silent, NULL);
     for (uint32_t round = 0; round < (slow() ? 3000u : 300u); round++) {
@@ -564,8 +550,7 @@ static void programs_survive_without_memory(void **state)
     kd_log_set_sink(NULL, NULL);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_programs_agree_with_the_model),
         cmocka_unit_test(random_programs_repeat_exactly),

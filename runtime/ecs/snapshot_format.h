@@ -1,0 +1,51 @@
+#ifndef KD_ECS_SNAPSHOT_FORMAT_H
+#define KD_ECS_SNAPSHOT_FORMAT_H
+
+/* The bytes of a snapshot, shared by writer and reader. Every record begins at a multiple of 8; what is
+ * shorter is filled up with zeros. In order: snapshot_header component_count × snapshot_component, name
+ * ascending by name table_count × snapshot_table, u32 components[], kd_entity entities[], parents[] when
+ * depth > 0, columns[] free_count × kd_entity      index and next generation, the one given next first
+ *   resting × kd_entity         indices never given again, generation 0; entity_limit - alive_count -
+ * free_count child_count × u32           all children; those of one parent in their order name_count ×
+ * snapshot_name, text, u32 indices[] singleton_count × snapshot_singleton, value */
+
+#include <stdint.h>
+
+#include "runtime/ecs/component.h"
+
+#define SNAPSHOT_MAGIC      "KDWORLD\n"
+#define SNAPSHOT_VERSION    1u
+#define SNAPSHOT_BYTE_ORDER 0x01020304u
+#define SNAPSHOT_HASHED     32u /* the checksum covers everything from this offset on */
+
+typedef struct snapshot_header {
+    char magic[8];
+    uint32_t version, byte_order;
+    uint64_t size, checksum;
+    /* ---- 32 */
+    uint32_t component_count, table_count, entity_limit, alive_count;
+    uint32_t free_count, child_count, name_count, singleton_count;
+} snapshot_header;
+_Static_assert(sizeof(snapshot_header) == 64, "the header is written as it lies");
+
+typedef struct snapshot_component {
+    uint32_t size, name_size; /* bytes; the name's without a zero */
+    uint64_t fields;          /* snapshot_field_hash */
+} snapshot_component;
+
+typedef struct snapshot_table {
+    uint32_t depth, row_count, component_count, unused;
+} snapshot_table;
+
+typedef struct snapshot_name {
+    uint32_t text_size, entity_count;
+} snapshot_name;
+
+typedef struct snapshot_singleton {
+    uint32_t component, size;
+} snapshot_singleton;
+
+/** Hash what the fields are called and how they lie; enumerations also by their words. */
+uint64_t snapshot_field_hash(const kd_component_desc *desc);
+
+#endif
