@@ -43,7 +43,7 @@ vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
     float visible = 0.0;
     for (uint i = 0u; i < gather.size.w; i++) {
         vec3 direction = frame * turned(gather.cones[i].xyz, variant);
-        cone_result r = cone_trace(origin, direction, gather.cone.x, 0.5 * span, settings());
+        cone_result r = cone_trace(origin, direction, gather.cone.x, 0.25 * span, settings());
         irradiance += gather.cones[i].w * (r.radiance + r.transmittance * gather.light.w);
         visible += gather.cones[i].w * (1.0 - r.occlusion);
     }
