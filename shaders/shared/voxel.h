@@ -100,6 +100,7 @@ KD_LAYOUT_CHECK(kd_tree_params, 176)
 #define KD_ARGS_DYNAMIC 34
 #define KD_ARGS_PREVIOUS 37     /* groups of 64 over the dense nodes of the frame before, and their count */
 #define KD_COUNT_PREVIOUS 40
+#define KD_COUNT_BEFORE 41      /* + 4 * (level - 6) + cascade: nodes of that level in finer cascades */
 
 #include "shaders/shared/layout_end.h"
 

@@ -61,8 +61,17 @@ static void write_args(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
 {
     uint32_t pass[4] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2, svo->node_capacity, svo->dynamic_capacity,
                         svo->static_capacity};
+    struct {
+        uint32_t first[4], size[4], cascades[4];
+    } levels = {.cascades = {svo->cascades}};
+    for (uint32_t l = 0; l < svo->leaf_level - KD_DENSE_LOG2; l++) {
+        levels.first[l] = svo->mask_first[l];
+        levels.size[l] = svo->mask_words[l] / svo->cascades;
+    }
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_uniform(gpu, 1, &levels, sizeof levels);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 1, svo->level_ranks);
     kd_gpu_dispatch(gpu, state->args, 1, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
 }

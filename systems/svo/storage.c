@@ -117,6 +117,15 @@ static void view(kd_gpu *gpu, uint32_t *viewed, kd_gpu_texture *texture, kd_gpu_
     *viewed = buffer.id;
 }
 
+static void count_voxels(const kd_voxel_scene *scene, kd_tree *tree)
+{
+    memset(tree->cascade_voxels, 0, sizeof tree->cascade_voxels);
+    for (uint32_t i = 0; i < scene->object_count; i++)
+        for (uint32_t c = 0; c < scene->cascade_count; c++)
+            if (scene->objects[i].alive && scene->objects[i].segment_count[c])
+                tree->cascade_voxels[c] += scene->objects[i].voxels[c];
+}
+
 void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene, kd_tree *tree)
 {
     tree->uniform = svo->uniform;
@@ -129,6 +138,7 @@ void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxe
     tree->static_voxels = scene->pages[KD_LAYER_STATIC].voxel_count;
     tree->dynamic_voxels = scene->pages[KD_LAYER_DYNAMIC].voxel_count;
     tree->resident_voxels = tree->static_voxels + tree->dynamic_voxels;
+    count_voxels(scene, tree);
     view(gpu, &state->texel_viewed[0], &tree->index, svo->index, KD_R32UI);
     view(gpu, &state->texel_viewed[1], &tree->nodes, svo->nodes, KD_R32UI);
     view(gpu, &state->texel_viewed[2], &tree->leaves, svo->leaves, KD_RG32UI);

@@ -24,6 +24,38 @@ static void prepare(kd_system_context *context)
         svo_write_params(context->gpu, svo, scene);
 }
 
+/* What a cascade has whether or not anything is in it: dense cells in six directions and their index, the bits of
+ * both layers' cells and of all levels, and the ranks of these. */
+static uint64_t empty_cascade_bytes(const kd_svo *svo)
+{
+    const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE;
+    uint64_t words = 2 * (svo->layer_words / svo->cascades);
+    for (uint32_t l = 0; l < svo->leaf_level - KD_DENSE_LOG2; l++)
+        words += svo->mask_words[l] / svo->cascades;
+    return cells * (6 * 8 + 4) + cells / 8 + words * 2 * 4;
+}
+
+/* Bytes of a node: both lists, its child words or leaves, and below the dense level its filtered data. */
+static uint64_t node_bytes(const kd_svo *svo, uint32_t l)
+{
+    bool leaf_parent = l + 1 == svo->leaf_level - KD_DENSE_LOG2;
+    return 2 * 4 + (leaf_parent ? 8u * 8 : 8u * 4) + (l > 0 ? 8u : 0);
+}
+
+static void spread_counts(const kd_svo *svo, const uint32_t *counts, kd_tree *tree)
+{
+    for (uint32_t c = 0; c < svo->cascades; c++) {
+        tree->cascade_nodes[c] = 0;
+        tree->cascade_bytes[c] = empty_cascade_bytes(svo);
+        for (uint32_t l = 0; l < svo->leaf_level - KD_DENSE_LOG2; l++) {
+            const uint32_t *before = counts + KD_COUNT_BEFORE + 4 * l;
+            uint32_t end = c + 1 < svo->cascades ? before[c + 1] : counts[KD_COUNT_LEVEL + l];
+            tree->cascade_nodes[c] += end - before[c];
+            tree->cascade_bytes[c] += (end - before[c]) * node_bytes(svo, l);
+        }
+    }
+}
+
 /* Counts of earlier frames come back without a wait: nodes that found no room are grown for, and told once. */
 static void follow_counts(kd_gpu *gpu, svo_state *state, kd_svo *svo, kd_tree *tree)
 {
@@ -43,6 +75,7 @@ static void follow_counts(kd_gpu *gpu, svo_state *state, kd_svo *svo, kd_tree *t
         tree->node_count = 0;
         for (uint32_t l = 0; l < levels; l++)
             tree->node_count += counts[KD_COUNT_LEVEL + l];
+        spread_counts(svo, counts, tree);
     }
 }
 
@@ -64,6 +97,12 @@ static void build(kd_system_context *context)
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_readback_buffer(gpu, state->readback, svo->counters, 0, KD_COUNT_WORDS * 4, 0);
     svo_publish(gpu, state, svo, scene, tree);
+}
+
+static uint64_t build_bytes(const kd_system_context *context)
+{
+    const svo_state *state = context->user;
+    return state->bytes_build;
 }
 
 static void filter(kd_system_context *context)
@@ -161,6 +200,7 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                .run_if = gi_is_on,
                .no_commands = true,
                .run = build,
+               .bytes_moved = build_bytes,
                .user = state,
            });
 }

@@ -1,0 +1,89 @@
+/* What the statistics say of each cascade, against the masks and segments themselves. */
+
+#include "tests/voxel_fixture.h"
+
+enum { CASCADES = 3 };
+
+static void load_scene(voxel_world *v)
+{
+    *v = voxel_open((voxel_options){.cascades = CASCADES, .span = 0.008f});
+    voxel_load(v, "samples/assets/cornell.gltf", voxel_at(0, 0, 0));
+    voxel_shape(v, KD_SHAPE_SPHERE, (kd_vec3){0.3f, 0.3f, 0.3f}, NULL, voxel_at(0.05f, 1, 0.1f));
+    kd_find_mut(v->world, v->camera, kd_transform)->position = (kd_vec3){0, 1, 0.2f};
+}
+
+/* Counts come back some frames late: four frames of a still scene bring them all. */
+static const kd_tree *settle(voxel_world *v)
+{
+    for (int i = 0; i < 4; i++) {
+        voxel_frame(v);
+        kd_gpu_finish(voxel_gpu);
+    }
+    return kd_singleton(v->world, kd_tree);
+}
+
+static void nodes_of_a_cascade_are_the_bits_of_its_masks(void **state)
+{
+    voxel_world v;
+    (void)state;
+    load_scene(&v);
+    const kd_tree *tree = settle(&v);
+    const kd_svo *svo = voxel_svo(&v);
+    uint64_t sum = 0;
+    for (uint32_t c = 0; c < CASCADES; c++) {
+        uint64_t nodes = 0;
+        for (uint32_t l = 0; l < svo->leaf_level - KD_DENSE_LOG2; l++) {
+            uint32_t words = svo->mask_words[l] / CASCADES;
+            uint32_t *mask =
+                voxel_read(svo->level_masks, ((size_t)svo->mask_first[l] + c * words) * 4, (size_t)words * 4);
+            nodes += voxel_count_bits(mask, words);
+            free(mask);
+        }
+        assert_true(nodes > 100);
+        assert_int_equal(tree->cascade_nodes[c], nodes);
+        sum += nodes;
+    }
+    assert_int_equal(sum, tree->node_count);
+    voxel_close(&v);
+}
+
+/* 128^3: all nodes are dense cells with eight leaves each: two list entries and 64 bytes. */
+static void bytes_of_a_cascade_grow_with_its_nodes(void **state)
+{
+    voxel_world v;
+    (void)state;
+    load_scene(&v);
+    const kd_tree *tree = settle(&v);
+    for (uint32_t c = 1; c < CASCADES; c++)
+        assert_int_equal((int64_t)tree->cascade_bytes[c] - (int64_t)tree->cascade_bytes[0],
+                         ((int64_t)tree->cascade_nodes[c] - (int64_t)tree->cascade_nodes[0]) * (8 + 64));
+    /* atlas and index of 64^3 cells, their occupancy, two layers of 128^3 bits and one of 64^3 with ranks */
+    uint64_t empty = 262144 * 52 + 32768 + (2 * 262144 + 32768) * 2;
+    assert_int_equal(tree->cascade_bytes[0], empty + tree->cascade_nodes[0] * 72);
+    voxel_close(&v);
+}
+
+static void voxels_of_the_cascades_are_the_resident_ones(void **state)
+{
+    voxel_world v;
+    (void)state;
+    load_scene(&v);
+    const kd_tree *tree = settle(&v);
+    uint64_t sum = 0;
+    for (uint32_t c = 0; c < CASCADES; c++) {
+        assert_true(tree->cascade_voxels[c] > 0);
+        sum += tree->cascade_voxels[c];
+    }
+    assert_int_equal(sum, tree->resident_voxels);
+    voxel_close(&v);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nodes_of_a_cascade_are_the_bits_of_its_masks),
+        cmocka_unit_test(bytes_of_a_cascade_grow_with_its_nodes),
+        cmocka_unit_test(voxels_of_the_cascades_are_the_resident_ones),
+    };
+    return cmocka_run_group_tests(tests, voxel_group_setup, voxel_group_teardown);
+}
