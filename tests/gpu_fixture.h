@@ -20,15 +20,6 @@
 #include "runtime/core/log.h"
 #include "runtime/gpu/gpu.h"
 
-/* gcc 12's address sanitizer misreads the thread storage of libraries that are opened by name. */
-#ifndef FIXTURE_ASAN_OPTIONS
-#define FIXTURE_ASAN_OPTIONS "intercept_tls_get_addr=0"
-#endif
-const char *__asan_default_options(void);
-const char *__asan_default_options(void) {
-    return FIXTURE_ASAN_OPTIONS;
-}
-
 enum { FIXTURE_MAX_FILES = 32, FIXTURE_SKIP = 77 };
 
 static char fixture_folder[64];

@@ -1,8 +1,5 @@
 /* GLFW under an X server that the test starts itself, so that no screen is needed and none is disturbed. */
 
-/* X11 and GLX drivers keep a little for good; what is ours the other tests check. */
-#define FIXTURE_ASAN_OPTIONS "intercept_tls_get_addr=0:detect_leaks=0"
-
 #include <dlfcn.h>
 #include <errno.h>
 #include <poll.h>

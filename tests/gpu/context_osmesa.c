@@ -1,6 +1,3 @@
-/* OSMesa keeps a little for good after its context is gone; what is ours the other tests check. */
-#define FIXTURE_ASAN_OPTIONS "intercept_tls_get_addr=0:detect_leaks=0"
-
 #include <dlfcn.h>
 
 #include "context_use.h"
