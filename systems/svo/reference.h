@@ -1,8 +1,8 @@
 #ifndef KD_SYSTEMS_SVO_REFERENCE_H
 #define KD_SYSTEMS_SVO_REFERENCE_H
 
-/* The order-free build in plain C, from what the transform left in the pages: the same words as shaders/svo make. Tests
- * compare the two; read beside the shaders it says what each buffer holds. */
+/* The order-free build in plain C, from what the transform left in the pages: the same words as shaders/svo
+ * make. Tests compare the two; read beside the shaders it says what each buffer holds. */
 
 #include "components/svo.h"
 #include "components/voxel_scene.h"
@@ -28,13 +28,13 @@ typedef struct svo_reference {
     uint32_t cascades, leaf_level, levels, layer_words;
     uint32_t *masks[KD_LAYER_COUNT], *ranks[KD_LAYER_COUNT]; /* [layer_words] */
     uint32_t cell_count[KD_LAYER_COUNT];
-    uint32_t (*sums[KD_LAYER_COUNT])[KD_SUM_WORDS];          /* [cell_count] */
-    uint32_t (*cells[KD_LAYER_COUNT])[4];                    /* [cell_count] */
+    uint32_t (*sums[KD_LAYER_COUNT])[KD_SUM_WORDS]; /* [cell_count] */
+    uint32_t (*cells[KD_LAYER_COUNT])[4];           /* [cell_count] */
     uint32_t level_words[KD_MAX_NODE_LEVELS], node_count[KD_MAX_NODE_LEVELS];
     uint32_t *level_masks[KD_MAX_NODE_LEVELS], *level_ranks[KD_MAX_NODE_LEVELS]; /* [level_words] */
-    uint32_t *lists[KD_MAX_NODE_LEVELS];                     /* [node_count] */
-    uint32_t (*nodes[KD_MAX_NODE_LEVELS])[8];                /* [node_count]; none at the level above the leaves */
-    uint32_t *index;                                         /* [cascades * 64^3] */
+    uint32_t *lists[KD_MAX_NODE_LEVELS];                                         /* [node_count] */
+    uint32_t (*nodes[KD_MAX_NODE_LEVELS])[8]; /* [node_count]; none at the level above the leaves */
+    uint32_t *index;                          /* [cascades * 64^3] */
 } svo_reference;
 
 /** Build the octree of one frame. Errors KD_NO_MEMORY. Owns the arrays in `out`: svo_reference_free */

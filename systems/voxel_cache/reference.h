@@ -3,8 +3,8 @@
 
 #include <stdbool.h>
 
-/** Tell whether a triangle touches a box, by all thirteen separating axes, in double precision. Boxes that only touch the
- *  triangle count.
+/** Tell whether a triangle touches a box, by all thirteen separating axes, in double precision. Boxes that
+ * only touch the triangle count.
  *
  *  Shapes  triangle[corner][axis]; the box is [low, high] on every axis
  *  Source  Akenine-Moeller 2001, "Fast 3D triangle-box overlap testing"

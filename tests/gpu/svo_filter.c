@@ -1,9 +1,9 @@
-/* The filter: radiance and optical depth keep their meaning from leaves to the coarsest level, and nothing stays behind. */
+/* The filter: radiance and optical depth keep their meaning from leaves to the coarsest level, and nothing
+ * stays behind. */
 
 #include "tests/voxel_fixture.h"
 
-static float half_to_float(uint16_t h)
-{
+static float half_to_float(uint16_t h) {
     int exponent = h >> 10 & 31, mantissa = h & 1023;
     float v = exponent == 0 ? ldexpf((float)mantissa, -24) : ldexpf((float)(mantissa + 1024), exponent - 25);
     return h & 0x8000 ? -v : v;
@@ -14,8 +14,7 @@ typedef struct atlas {
     uint16_t (*texels)[4];
 } atlas;
 
-static atlas read_atlas(voxel_world *v)
-{
+static atlas read_atlas(voxel_world *v) {
     atlas a = {.width = 6 * KD_DENSE, .cascades = voxel_scene(v)->cascade_count};
     a.depth = a.cascades * KD_DENSE + KD_DENSE / 2;
     size_t bytes = (size_t)a.width * KD_DENSE * a.depth * 8;
@@ -25,9 +24,10 @@ static atlas read_atlas(voxel_world *v)
     return a;
 }
 
-/* Cell of cascade c (mip 0), or of mip level `mip` above the outermost, as a ray towards `direction` sees it. */
-static void load(const atlas *a, uint32_t c, uint32_t mip, const uint32_t cell[3], uint32_t direction, float out[4])
-{
+/* Cell of cascade c (mip 0), or of mip level `mip` above the outermost, as a ray towards `direction` sees it.
+ */
+static void load(const atlas *a, uint32_t c, uint32_t mip, const uint32_t cell[3], uint32_t direction,
+                 float out[4]) {
     uint32_t x = cell[0] + direction * KD_DENSE, y = cell[1] + (mip ? KD_DENSE - (2u * KD_DENSE >> mip) : 0);
     uint32_t z = cell[2] + (mip ? a->cascades : c) * KD_DENSE;
     for (int k = 0; k < 4; k++)
@@ -36,10 +36,9 @@ static void load(const atlas *a, uint32_t c, uint32_t mip, const uint32_t cell[3
 
 /* ---- a room that shines everywhere ---- */
 
-/* Every texel with matter in it sends out what the walls do. A hundredth: 9 bits of shared-exponent radiance, 12 of relative
- * emission, half floats. Returns how many there are. */
-static uint32_t assert_uniform(voxel_world *v, kd_vec3 emission)
-{
+/* Every texel with matter in it sends out what the walls do. A hundredth: 9 bits of shared-exponent radiance,
+ * 12 of relative emission, half floats. Returns how many there are. */
+static uint32_t assert_uniform(voxel_world *v, kd_vec3 emission) {
     atlas a = read_atlas(v);
     uint32_t seen = 0;
     for (size_t i = 0; i < (size_t)a.width * KD_DENSE * a.depth; i++) {
@@ -49,8 +48,8 @@ static uint32_t assert_uniform(voxel_world *v, kd_vec3 emission)
         for (int k = 0; k < 3; k++) {
             float radiance = half_to_float(a.texels[i][k]) / depth, expected = (&emission.x)[k];
             if (!(fabsf(radiance - expected) <= 0.01f * expected + 0.002f * emission.x))
-                fail_msg("texel %zu: channel %d sends %g, expected %g; depth %g", i, k, (double)radiance, (double)expected,
-                         (double)depth);
+                fail_msg("texel %zu: channel %d sends %g, expected %g; depth %g", i, k, (double)radiance,
+                         (double)expected, (double)depth);
         }
         seen++;
     }
@@ -58,8 +57,7 @@ static uint32_t assert_uniform(voxel_world *v, kd_vec3 emission)
     return seen;
 }
 
-static void shining_room(uint32_t resolution, uint32_t cascades, bool moving)
-{
+static void shining_room(uint32_t resolution, uint32_t cascades, bool moving) {
     voxel_world v = voxel_open((voxel_options){
         .resolution = resolution, .cascades = cascades, .span = 2.56f / (float)resolution, .lit = true});
     kd_material_desc m = voxel_matte(0, 0, 0);
@@ -75,14 +73,21 @@ static void shining_room(uint32_t resolution, uint32_t cascades, bool moving)
     voxel_close(&v);
 }
 
-static void shining_room_is_equally_bright_everywhere(void **state) { (void)state, shining_room(128, 1, false); }
-static void shining_room_of_two_sparse_levels_is_too(void **state) { (void)state, shining_room(256, 1, false); }
-static void shining_room_across_cascades_is_too(void **state) { (void)state, shining_room(128, 2, false); }
-static void shining_room_that_moves_is_too(void **state) { (void)state, shining_room(128, 1, true); }
+static void shining_room_is_equally_bright_everywhere(void **state) {
+    (void)state, shining_room(128, 1, false);
+}
+static void shining_room_of_two_sparse_levels_is_too(void **state) {
+    (void)state, shining_room(256, 1, false);
+}
+static void shining_room_across_cascades_is_too(void **state) {
+    (void)state, shining_room(128, 2, false);
+}
+static void shining_room_that_moves_is_too(void **state) {
+    (void)state, shining_room(128, 1, true);
+}
 
 /* Beside a bright lamp a dim one keeps its own radiance. */
-static void dim_lamp_keeps_its_radiance_beside_a_bright_one(void **state)
-{
+static void dim_lamp_keeps_its_radiance_beside_a_bright_one(void **state) {
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = 0.02f, .lit = true});
     kd_material_desc bright = voxel_matte(0, 0, 0), dim = voxel_matte(0, 0, 0);
@@ -110,8 +115,7 @@ static void dim_lamp_keeps_its_radiance_beside_a_bright_one(void **state)
 /* ---- a wall ---- */
 
 /* A plane through all cascades, seen from its front, its back and along it. */
-static void assert_wall(const atlas *a, uint32_t c, uint32_t mip, const voxel_world *v, float height)
-{
+static void assert_wall(const atlas *a, uint32_t c, uint32_t mip, const voxel_world *v, float height) {
     const kd_voxel_scene *scene = kd_singleton(v->world, kd_voxel_scene);
     uint32_t n = KD_DENSE >> mip, cell[3];
     float edge = scene->span[c] * (float)(scene->resolution / n);
@@ -125,10 +129,9 @@ static void assert_wall(const atlas *a, uint32_t c, uint32_t mip, const voxel_wo
             }
 }
 
-static void wall_keeps_its_depth(uint32_t resolution, float height)
-{
-    voxel_world v = voxel_open(
-        (voxel_options){.resolution = resolution, .cascades = 2, .span = 2.56f / (float)resolution, .lit = true});
+static void wall_keeps_its_depth(uint32_t resolution, float height) {
+    voxel_world v = voxel_open((voxel_options){
+        .resolution = resolution, .cascades = 2, .span = 2.56f / (float)resolution, .lit = true});
     voxel_shape(&v, KD_SHAPE_PLANE, (kd_vec3){9, 0, 9}, NULL, voxel_at(0, height, 0));
     voxel_frame(&v);
     atlas a = read_atlas(&v);
@@ -140,15 +143,13 @@ static void wall_keeps_its_depth(uint32_t resolution, float height)
     voxel_close(&v);
 }
 
-static void wall_stops_rays_at_every_level(void **state)
-{
+static void wall_stops_rays_at_every_level(void **state) {
     (void)state;
     wall_keeps_its_depth(128, 0.003f);
     wall_keeps_its_depth(128, 0.031f);
 }
 
-static void wall_of_two_sparse_levels_does_too(void **state)
-{
+static void wall_of_two_sparse_levels_does_too(void **state) {
     (void)state;
     wall_keeps_its_depth(256, 0.003f);
     wall_keeps_its_depth(256, 0.017f);
@@ -156,25 +157,26 @@ static void wall_of_two_sparse_levels_does_too(void **state)
 
 /* ---- what is gone is gone ---- */
 
-static voxel_world open_hall(kd_entity *lamp)
-{
+static voxel_world open_hall(kd_entity *lamp) {
     voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.02f, .lit = true});
     kd_material_desc bright = voxel_matte(0.2f, 0.2f, 0.2f);
     bright.emissive = (kd_vec3){3, 2, 1};
-    voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.1f, 0.1f, 0.1f}, &bright, voxel_at(-2, -1, -1)); /* they span the bounds */
+    voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.1f, 0.1f, 0.1f}, &bright,
+                voxel_at(-2, -1, -1)); /* they span the bounds */
     voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.1f, 0.1f, 0.1f}, &bright, voxel_at(2, 1, 1));
     voxel_shape(&v, KD_SHAPE_PLANE, (kd_vec3){2, 0, 2}, &bright, voxel_at(0.013f, -0.3f, 0.003f));
     if (lamp)
-        *lamp = voxel_shape(&v, KD_SHAPE_SPHERE, (kd_vec3){0.7f, 0.7f, 0.7f}, &bright, voxel_at(0.1f, 0.1f, 0.1f));
+        *lamp = voxel_shape(&v, KD_SHAPE_SPHERE, (kd_vec3){0.7f, 0.7f, 0.7f}, &bright,
+                            voxel_at(0.1f, 0.1f, 0.1f));
     return v;
 }
 
-static void what_leaves_is_emptied(void **state)
-{
+static void what_leaves_is_emptied(void **state) {
     (void)state;
     kd_entity lamp;
     voxel_world visited = open_hall(&lamp), fresh = open_hall(NULL);
-    for (int i = 0; i < 3; i++) { /* the lamp rests, moves, and leaves; the camera moves the cascades and comes back */
+    for (int i = 0; i < 3;
+         i++) { /* the lamp rests, moves, and leaves; the camera moves the cascades and comes back */
         voxel_frame(&visited);
         kd_find_mut(visited.world, lamp, kd_transform)->position.x += 0.231f;
         kd_find_mut(visited.world, visited.camera, kd_transform)->position.x = i == 1 ? 1.5f : 0.0f;
@@ -197,8 +199,7 @@ static void what_leaves_is_emptied(void **state)
     voxel_close(&fresh);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shining_room_is_equally_bright_everywhere),
         cmocka_unit_test(shining_room_of_two_sparse_levels_is_too),

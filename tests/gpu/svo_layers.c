@@ -8,21 +8,23 @@ typedef struct show {
 } show;
 
 /* A room with something still and turned, something that starts to move, and something that walks. */
-static show open_show(bool one_layer, uint32_t cascades)
-{
-    show s = {.v = voxel_open((voxel_options){.cascades = cascades, .span = 0.0121f, .one_layer = one_layer})};
+static show open_show(bool one_layer, uint32_t cascades) {
+    show s = {.v =
+                  voxel_open((voxel_options){.cascades = cascades, .span = 0.0121f, .one_layer = one_layer})};
     kd_transform turned = {{-0.413f, 0.21f, 0.1f}, {0.36f, 0.48f, 0, 0.8f}, {1, 1, 1}};
     voxel_shape(&s.v, KD_SHAPE_BOX, (kd_vec3){0.3f, 0.4f, 0.2f}, NULL, turned);
     voxel_shape(&s.v, KD_SHAPE_PLANE, (kd_vec3){2.31f, 0, 1.9f}, NULL, voxel_at(0.011f, -0.007f, 0.003f));
-    voxel_shape(&s.v, KD_SHAPE_BOX, (kd_vec3){0.05f, 1.5f, 0.05f}, NULL, voxel_at(-0.9f, 0.75f, -0.8f)); /* the highest */
+    voxel_shape(&s.v, KD_SHAPE_BOX, (kd_vec3){0.05f, 1.5f, 0.05f}, NULL,
+                voxel_at(-0.9f, 0.75f, -0.8f)); /* the highest */
     s.ball = voxel_shape(&s.v, KD_SHAPE_SPHERE, (kd_vec3){0.3f, 0.3f, 0.3f}, NULL, voxel_at(0.3f, 0.4f, 0));
-    voxel_load(&s.v, "samples/assets/walker.gltf", (kd_transform){{0, 0, -0.3f}, {0, 0, 0, 1}, {0.5f, 0.5f, 0.5f}});
+    voxel_load(&s.v, "samples/assets/walker.gltf",
+               (kd_transform){{0, 0, -0.3f}, {0, 0, 0, 1}, {0.5f, 0.5f, 0.5f}});
     return s;
 }
 
-static void assert_same_masks(voxel_world *a, voxel_world *b, const char *what)
-{
-    uint32_t words = voxel_svo(a)->layer_words, *x = voxel_read_union(a), *y = voxel_read_union(b), differ = 0;
+static void assert_same_masks(voxel_world *a, voxel_world *b, const char *what) {
+    uint32_t words = voxel_svo(a)->layer_words, *x = voxel_read_union(a), *y = voxel_read_union(b),
+             differ = 0;
     assert_int_equal(words, voxel_svo(b)->layer_words);
     for (uint32_t i = 0; i < words; i++)
         for (uint32_t w = x[i] ^ y[i]; w; w &= w - 1)
@@ -34,8 +36,7 @@ static void assert_same_masks(voxel_world *a, voxel_world *b, const char *what)
     free(y);
 }
 
-static void one_layer_shows_the_same_as_two(void **state)
-{
+static void one_layer_shows_the_same_as_two(void **state) {
     (void)state;
     show one = open_show(true, 2), two = open_show(false, 2);
     for (int i = 0; i < 4; i++) {
@@ -52,8 +53,7 @@ static void one_layer_shows_the_same_as_two(void **state)
     voxel_close(&two.v);
 }
 
-static void static_layer_is_rebuilt_only_when_it_must(void **state)
-{
+static void static_layer_is_rebuilt_only_when_it_must(void **state) {
     (void)state;
     show s = open_show(false, 2);
     voxel_frame(&s.v);
@@ -76,16 +76,15 @@ static void static_layer_is_rebuilt_only_when_it_must(void **state)
     voxel_close(&s.v);
 }
 
-/* Far to the side something small makes the scene larger than the finest cascade, which then follows the camera. */
-static show open_wide_show(void)
-{
+/* Far to the side something small makes the scene larger than the finest cascade, which then follows the
+ * camera. */
+static show open_wide_show(void) {
     show s = open_show(false, 2);
     voxel_shape(&s.v, KD_SHAPE_BOX, (kd_vec3){0.1f, 0.1f, 0.1f}, NULL, voxel_at(6, 0, 0));
     return s;
 }
 
-static void layers_follow_the_cascades(void **state)
-{
+static void layers_follow_the_cascades(void **state) {
     (void)state;
     show wanders = open_wide_show(), fresh = open_wide_show();
     float places[] = {0.2f, 2.5f, 5.5f, 0.4f};
@@ -104,8 +103,7 @@ static void layers_follow_the_cascades(void **state)
 }
 
 /* By whole cells, so that a fresh run cuts the ball into the same voxels. */
-static void what_starts_to_move_leaves_no_ghost(void **state)
-{
+static void what_starts_to_move_leaves_no_ghost(void **state) {
     (void)state;
     show moves = open_show(false, 1), fresh = open_show(false, 1);
     kd_vec3 by = {-16 * 0.0121f, 8 * 0.0121f, 4 * 0.0121f};
@@ -122,8 +120,7 @@ static void what_starts_to_move_leaves_no_ghost(void **state)
     voxel_close(&fresh.v);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_layer_shows_the_same_as_two),
         cmocka_unit_test(static_layer_is_rebuilt_only_when_it_must),

@@ -2,8 +2,8 @@
 
 #include "tests/voxel_fixture.h"
 
-static void assert_words(const char *what, kd_gpu_buffer buffer, size_t first, const void *expected, size_t words)
-{
+static void assert_words(const char *what, kd_gpu_buffer buffer, size_t first, const void *expected,
+                         size_t words) {
     uint32_t *got = voxel_read(buffer, first * 4, words * 4);
     const uint32_t *want = expected;
     for (size_t i = 0; i < words; i++)
@@ -12,8 +12,7 @@ static void assert_words(const char *what, kd_gpu_buffer buffer, size_t first, c
     free(got);
 }
 
-static void assert_layers(voxel_world *v, const svo_reference *r)
-{
+static void assert_layers(voxel_world *v, const svo_reference *r) {
     const kd_svo *svo = voxel_svo(v);
     uint32_t counts[KD_COUNT_WORDS];
     kd_gpu_read_buffer(voxel_gpu, svo->counters, 0, counts, sizeof counts);
@@ -29,14 +28,15 @@ static void assert_layers(voxel_world *v, const svo_reference *r)
         assert_int_equal(counts[KD_COUNT_LEVEL + l], r->node_count[l]);
 }
 
-static void assert_levels(voxel_world *v, const svo_reference *r)
-{
+static void assert_levels(voxel_world *v, const svo_reference *r) {
     const kd_svo *svo = voxel_svo(v);
     size_t cap = svo->node_capacity;
     for (uint32_t l = 0; l < r->levels; l++) {
         assert_int_equal(svo->mask_words[l], r->level_words[l]);
-        assert_words("level mask", svo->level_masks, svo->mask_first[l], r->level_masks[l], r->level_words[l]);
-        assert_words("level ranks", svo->level_ranks, svo->mask_first[l], r->level_ranks[l], r->level_words[l]);
+        assert_words("level mask", svo->level_masks, svo->mask_first[l], r->level_masks[l],
+                     r->level_words[l]);
+        assert_words("level ranks", svo->level_ranks, svo->mask_first[l], r->level_ranks[l],
+                     r->level_words[l]);
         assert_words("list", svo->lists[svo->current], l * cap, r->lists[l], r->node_count[l]);
         if (l + 1 < r->levels)
             assert_words("nodes", svo->nodes, l * 8 * cap, r->nodes[l], (size_t)r->node_count[l] * 8);
@@ -45,8 +45,7 @@ static void assert_levels(voxel_world *v, const svo_reference *r)
 }
 
 /* Compare this frame; returns how many cells there are. */
-static uint32_t assert_same(voxel_world *v)
-{
+static uint32_t assert_same(voxel_world *v) {
     voxel_capture capture = voxel_read_source(v);
     svo_reference tree;
     assert_int_equal(svo_reference_build(&capture.source, &tree), KD_OK);
@@ -58,8 +57,7 @@ static uint32_t assert_same(voxel_world *v)
     return cells;
 }
 
-static void room_is_the_same(uint32_t resolution, uint32_t cascades, float span)
-{
+static void room_is_the_same(uint32_t resolution, uint32_t cascades, float span) {
     voxel_world v = voxel_open((voxel_options){.resolution = resolution, .cascades = cascades, .span = span});
     voxel_load(&v, "samples/assets/cornell.gltf", voxel_at(0, 0, 0));
     kd_find_mut(v.world, v.camera, kd_transform)->position = (kd_vec3){0, 1, 1};
@@ -68,13 +66,20 @@ static void room_is_the_same(uint32_t resolution, uint32_t cascades, float span)
     voxel_close(&v);
 }
 
-static void room_of_one_cascade_is_the_same(void **state) { (void)state, room_is_the_same(128, 1, 0.02f); }
-static void room_of_two_fine_cascades_is_the_same(void **state) { (void)state, room_is_the_same(256, 2, 0.0078f); }
-static void room_of_three_cascades_is_the_same(void **state) { (void)state, room_is_the_same(128, 3, 0.0071f); }
-static void room_of_four_cascades_is_the_same(void **state) { (void)state, room_is_the_same(128, 4, 0.005f); }
+static void room_of_one_cascade_is_the_same(void **state) {
+    (void)state, room_is_the_same(128, 1, 0.02f);
+}
+static void room_of_two_fine_cascades_is_the_same(void **state) {
+    (void)state, room_is_the_same(256, 2, 0.0078f);
+}
+static void room_of_three_cascades_is_the_same(void **state) {
+    (void)state, room_is_the_same(128, 3, 0.0071f);
+}
+static void room_of_four_cascades_is_the_same(void **state) {
+    (void)state, room_is_the_same(128, 4, 0.005f);
+}
 
-static void walker_is_the_same_at_any_time(void **state)
-{
+static void walker_is_the_same_at_any_time(void **state) {
     (void)state;
     voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.014f});
     voxel_load(&v, "samples/assets/walker.gltf", voxel_at(0.1f, 0, 0));
@@ -87,8 +92,7 @@ static void walker_is_the_same_at_any_time(void **state)
 }
 
 /* Lamps of unlike strength and hue, one of them moving through a standing one. */
-static void still_and_moving_mix_is_the_same(void **state)
-{
+static void still_and_moving_mix_is_the_same(void **state) {
     (void)state;
     voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.01f});
     kd_material_desc lamp = voxel_matte(0.7f, 0.2f, 0.1f), dim = voxel_matte(0.1f, 0.9f, 0.4f);
@@ -96,7 +100,8 @@ static void still_and_moving_mix_is_the_same(void **state)
     dim.emissive = (kd_vec3){0.02f, 0.3f, 0.011f};
     dim.double_sided = true;
     voxel_shape(&v, KD_SHAPE_TORUS, (kd_vec3){0.8f, 0.3f, 0}, &lamp, voxel_at(0.003f, 0.1f, 0));
-    kd_entity ball = voxel_shape(&v, KD_SHAPE_SPHERE, (kd_vec3){0.5f, 0.5f, 0.5f}, &dim, voxel_at(0.1f, 0.1f, 0.2f));
+    kd_entity ball =
+        voxel_shape(&v, KD_SHAPE_SPHERE, (kd_vec3){0.5f, 0.5f, 0.5f}, &dim, voxel_at(0.1f, 0.1f, 0.2f));
     voxel_load(&v, "samples/assets/walker.gltf", voxel_at(0.2f, -0.5f, 0));
     for (int i = 0; i < 3; i++) {
         voxel_frame(&v);
@@ -107,8 +112,7 @@ static void still_and_moving_mix_is_the_same(void **state)
     voxel_close(&v);
 }
 
-static void empty_scene_is_the_same(void **state)
-{
+static void empty_scene_is_the_same(void **state) {
     (void)state;
     voxel_world v = voxel_open((voxel_options){.cascades = 2});
     voxel_frame(&v);
@@ -123,8 +127,7 @@ static void empty_scene_is_the_same(void **state)
     voxel_close(&v);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(room_of_one_cascade_is_the_same),
         cmocka_unit_test(room_of_two_fine_cascades_is_the_same),

@@ -4,8 +4,7 @@
 
 #define SPAN 0.02f
 
-static float albedo_of(const cells *c, uint32_t voxel, int channel)
-{
+static float albedo_of(const cells *c, uint32_t voxel, int channel) {
     float root = (float)(c->color[voxel] >> (8 * channel) & 255u) / 255;
     return root * root;
 }
@@ -13,16 +12,15 @@ static float albedo_of(const cells *c, uint32_t voxel, int channel)
 /* Stored as the root in 8 bits: half a step of it, and half a step of 8-bit input. */
 #define ALBEDO_STEP (1.0f / 255 + 1.0f / 510)
 
-static kd_model *make_shape(kd_shape shape, kd_vec3 size, const kd_material_desc *material, kd_primitive_desc **primitive)
-{
+static kd_model *make_shape(kd_shape shape, kd_vec3 size, const kd_material_desc *material,
+                            kd_primitive_desc **primitive) {
     kd_model *model;
     assert_int_equal(kd_model_make_shape(shape, size, 0, material, &model), KD_OK);
     *primitive = (kd_primitive_desc *)(uintptr_t)model->meshes[0].primitives;
     return model;
 }
 
-static void faces_keep_their_colours(void **state)
-{
+static void faces_keep_their_colours(void **state) {
     (void)state;
     static const float levels[6] = {0.02f, 0.9f, 0.3f, 0.6f, 1, 0};
     static kd_vec4 colors[24];
@@ -62,8 +60,7 @@ static void faces_keep_their_colours(void **state)
 }
 
 /* One image on a plane, its left half differing from its right; u runs along x. */
-static kd_model *half_and_half(kd_material_desc material, const uint8_t left[4], const uint8_t right[4])
-{
+static kd_model *half_and_half(kd_material_desc material, const uint8_t left[4], const uint8_t right[4]) {
     static uint8_t pixels[64 * 4 * 4];
     static kd_image image = {"halves", 64, 4, pixels};
     kd_primitive_desc *p;
@@ -75,13 +72,11 @@ static kd_model *half_and_half(kd_material_desc material, const uint8_t left[4],
     return model;
 }
 
-static kd_texture_ref first_image(void)
-{
+static kd_texture_ref first_image(void) {
     return (kd_texture_ref){.image = 0, .scale = {1, 1}, .wrap_s = KD_WRAP_CLAMP, .wrap_t = KD_WRAP_CLAMP};
 }
 
-static void halves_of(voxel_world *v, cells *c, uint32_t count[2], double emission[2], double red[2])
-{
+static void halves_of(voxel_world *v, cells *c, uint32_t count[2], double emission[2], double red[2]) {
     voxel_frame(v);
     *c = read_cells(v, 0);
     for (uint32_t z = 0; z < c->size[2]; z++)
@@ -97,14 +92,14 @@ static void halves_of(voxel_world *v, cells *c, uint32_t count[2], double emissi
             }
 }
 
-static void emissive_map_decides_the_share(void **state)
-{
+static void emissive_map_decides_the_share(void **state) {
     (void)state;
     kd_material_desc m = voxel_matte(0.5f, 0.5f, 0.5f);
     m.emissive = (kd_vec3){2, 2, 2};
     m.emissive_map = first_image();
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
-    voxel_spawn(&v, half_and_half(m, (uint8_t[4]){0, 0, 0, 255}, (uint8_t[4]){255, 255, 255, 255}), voxel_at(0, 0, 0));
+    voxel_spawn(&v, half_and_half(m, (uint8_t[4]){0, 0, 0, 255}, (uint8_t[4]){255, 255, 255, 255}),
+                voxel_at(0, 0, 0));
     cells c;
     uint32_t count[2] = {0};
     double emission[2] = {0}, red[2] = {0};
@@ -116,13 +111,13 @@ static void emissive_map_decides_the_share(void **state)
     voxel_close(&v);
 }
 
-static void colour_map_decides_the_albedo(void **state)
-{
+static void colour_map_decides_the_albedo(void **state) {
     (void)state;
     kd_material_desc m = voxel_matte(1, 1, 1);
     m.base_color_map = first_image();
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
-    voxel_spawn(&v, half_and_half(m, (uint8_t[4]){188, 0, 0, 255}, (uint8_t[4]){0, 0, 0, 255}), voxel_at(0, 0, 0));
+    voxel_spawn(&v, half_and_half(m, (uint8_t[4]){188, 0, 0, 255}, (uint8_t[4]){0, 0, 0, 255}),
+                voxel_at(0, 0, 0));
     cells c;
     uint32_t count[2] = {0};
     double emission[2] = {0}, red[2] = {0};
@@ -133,15 +128,15 @@ static void colour_map_decides_the_albedo(void **state)
     voxel_close(&v);
 }
 
-static void masked_parts_leave_no_voxels(void **state)
-{
+static void masked_parts_leave_no_voxels(void **state) {
     (void)state;
     kd_material_desc m = voxel_matte(1, 1, 1);
     m.base_color_map = first_image();
     m.alpha_mode = KD_ALPHA_MASK;
     m.alpha_cutoff = 0.5f;
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
-    voxel_spawn(&v, half_and_half(m, (uint8_t[4]){255, 255, 255, 255}, (uint8_t[4]){255, 255, 255, 0}), voxel_at(0, 0, 0));
+    voxel_spawn(&v, half_and_half(m, (uint8_t[4]){255, 255, 255, 255}, (uint8_t[4]){255, 255, 255, 0}),
+                voxel_at(0, 0, 0));
     cells c;
     uint32_t count[2] = {0};
     double emission[2] = {0}, red[2] = {0};
@@ -153,11 +148,11 @@ static void masked_parts_leave_no_voxels(void **state)
 }
 
 /* An entity may bring a material of its own, and change it; another one of the same mesh keeps the mesh's. */
-static void entitys_material_goes_before_the_meshs(void **state)
-{
+static void entitys_material_goes_before_the_meshs(void **state) {
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
-    kd_material_desc own[3] = {voxel_matte(0.9f, 0.1f, 0.1f), voxel_matte(0.1f, 0.9f, 0.1f), voxel_matte(0.1f, 0.1f, 0.9f)};
+    kd_material_desc own[3] = {voxel_matte(0.9f, 0.1f, 0.1f), voxel_matte(0.1f, 0.9f, 0.1f),
+                               voxel_matte(0.1f, 0.1f, 0.9f)};
     kd_primitive_desc *p;
     kd_model *model = make_shape(KD_SHAPE_BOX, (kd_vec3){0.3f, 0.3f, 0.3f}, &own[0], &p);
     uint32_t number;
@@ -174,19 +169,20 @@ static void entitys_material_goes_before_the_meshs(void **state)
         voxel_frame(&v);
         for (uint32_t i = 0; i < 3; i++) {
             const kd_voxel_object *o = &voxel_scene(&v)->objects[i];
-            int which = (int)lroundf(o->model_ws.m[12] / 0.4f) + 1, material = which == 2 && frame == 0 ? 0 : which;
+            int which = (int)lroundf(o->model_ws.m[12] / 0.4f) + 1,
+                material = which == 2 && frame == 0 ? 0 : which;
             cells c = read_cells(&v, i);
             const float *color = &own[material].base_color.x;
             for (int k = 0; k < 3; k++)
-                assert_float_equal(albedo_of(&c, voxel_scene(&v)->chunks[c.cache->first_chunk].first, k), color[k], ALBEDO_STEP);
+                assert_float_equal(albedo_of(&c, voxel_scene(&v)->chunks[c.cache->first_chunk].first, k),
+                                   color[k], ALBEDO_STEP);
             free_cells(&c);
         }
     }
     voxel_close(&v);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(faces_keep_their_colours),
         cmocka_unit_test(emissive_map_decides_the_share),

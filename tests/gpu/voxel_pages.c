@@ -3,15 +3,15 @@
 #include "tests/voxel_fixture.h"
 
 /* Slots of a page are each on its stack or in use, once; what is in use is what the objects have. */
-static void assert_books_balance(voxel_world *v)
-{
+static void assert_books_balance(voxel_world *v) {
     const kd_voxel_scene *scene = voxel_scene(v);
     for (int l = 0; l < KD_LAYER_COUNT; l++) {
         const kd_voxel_pages *pages = &scene->pages[l];
         uint32_t used = 0, slots = pages->page_count * KD_PAGE_SEGMENTS;
         uint64_t voxels = 0;
         struct kd_voxel_segment *segments = voxel_read(pages->segments, 0, slots * sizeof *segments);
-        uint32_t *stacks = voxel_read(pages->stacks, 0, (size_t)pages->page_count * (KD_PAGE_SEGMENTS + 1) * 4);
+        uint32_t *stacks =
+            voxel_read(pages->stacks, 0, (size_t)pages->page_count * (KD_PAGE_SEGMENTS + 1) * 4);
         uint8_t *free_slot = calloc(slots + 1, 1);
         assert_non_null(free_slot);
         for (uint32_t p = 0; p < pages->page_count; p++) {
@@ -40,8 +40,7 @@ static void assert_books_balance(voxel_world *v)
 }
 
 /* Every object's segments cover its cached voxels once in each cascade that it is in. */
-static void assert_segments_are_whole(voxel_world *v)
-{
+static void assert_segments_are_whole(voxel_world *v) {
     const kd_voxel_scene *scene = voxel_scene(v);
     uint64_t *covered = calloc(scene->object_count + 1, KD_MAX_CASCADES * sizeof *covered);
     assert_non_null(covered);
@@ -53,7 +52,8 @@ static void assert_segments_are_whole(voxel_world *v)
             if (!segments[s].count)
                 continue;
             assert_true(segments[s].first >= scene->chunks[chunk].first);
-            assert_true(segments[s].first + segments[s].count <= scene->chunks[chunk].first + scene->chunks[chunk].count);
+            assert_true(segments[s].first + segments[s].count <=
+                        scene->chunks[chunk].first + scene->chunks[chunk].count);
             covered[segments[s].object * KD_MAX_CASCADES + c] += segments[s].count;
         }
         free(segments);
@@ -62,24 +62,26 @@ static void assert_segments_are_whole(voxel_world *v)
         for (uint32_t c = 0; c < scene->cascade_count; c++) {
             const kd_voxel_object *o = &scene->objects[i];
             bool in = o->alive && o->segment_count[c];
-            assert_int_equal(covered[i * KD_MAX_CASCADES + c], in ? scene->caches[o->caches[c] - 1].voxel_count : 0);
+            assert_int_equal(covered[i * KD_MAX_CASCADES + c],
+                             in ? scene->caches[o->caches[c] - 1].voxel_count : 0);
         }
     free(covered);
 }
 
-static void camera_flies_through_a_field(void **state)
-{
+static void camera_flies_through_a_field(void **state) {
     (void)state;
     voxel_world v = voxel_open((voxel_options){.cascades = 3, .span = 0.02f});
     kd_model *ball;
     kd_material_desc grey = voxel_matte(0.5f, 0.5f, 0.5f);
     uint32_t number, most = 0, least = UINT32_MAX;
-    assert_int_equal(kd_model_make_shape(KD_SHAPE_SPHERE, (kd_vec3){0.6f, 0.6f, 0.6f}, 12, &grey, &ball), KD_OK);
+    assert_int_equal(kd_model_make_shape(KD_SHAPE_SPHERE, (kd_vec3){0.6f, 0.6f, 0.6f}, 12, &grey, &ball),
+                     KD_OK);
     assert_int_equal(kd_scene_add_model(v.world, ball, &number), KD_OK);
     for (int i = 0; i < 100; i++) {
         kd_entity root;
         assert_int_equal(kd_scene_instantiate(v.world, number, KD_NO_ENTITY, "ball", &root), KD_OK);
-        kd_find_mut(v.world, root, kd_transform)->position = (kd_vec3){(float)(i % 10) * 2, 0, (float)(i / 10) * 2};
+        kd_find_mut(v.world, root, kd_transform)->position =
+            (kd_vec3){(float)(i % 10) * 2, 0, (float)(i / 10) * 2};
     }
     for (int i = 0; i < 24; i++) {
         float angle = 0.55f * (float)i;
@@ -97,8 +99,7 @@ static void camera_flies_through_a_field(void **state)
 }
 
 /* Random births, deaths, first moves and changes of scale; caches are few, so each frame is short. */
-static void thousands_come_and_go(void **state)
-{
+static void thousands_come_and_go(void **state) {
     (void)state;
     enum { LIVE = 60, FRAMES = 60, CHANGES = 40 };
     uint64_t random = 3;
@@ -112,9 +113,12 @@ static void thousands_come_and_go(void **state)
     for (int frame = 0; frame < FRAMES; frame++) {
         for (int i = 0; i < CHANGES; i++, steps++) {
             uint32_t k = fixture_random(&random) % LIVE;
-            kd_vec3 at = kd_vec3_scale((kd_vec3){(float)(fixture_random(&random) % 150), 0, (float)(fixture_random(&random) % 150)}, 0.08f);
+            kd_vec3 at = kd_vec3_scale(
+                (kd_vec3){(float)(fixture_random(&random) % 150), 0, (float)(fixture_random(&random) % 150)},
+                0.08f);
             if (!roots[k].generation) {
-                assert_int_equal(kd_scene_instantiate(v.world, number, KD_NO_ENTITY, "box", &roots[k]), KD_OK);
+                assert_int_equal(kd_scene_instantiate(v.world, number, KD_NO_ENTITY, "box", &roots[k]),
+                                 KD_OK);
                 kd_find_mut(v.world, roots[k], kd_transform)->position = at;
             } else if (fixture_random(&random) % 3) {
                 kd_destroy(v.world, roots[k]);
@@ -143,8 +147,7 @@ static void thousands_come_and_go(void **state)
     voxel_close(&v);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(camera_flies_through_a_field),
         cmocka_unit_test(thousands_come_and_go),

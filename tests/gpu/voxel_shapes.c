@@ -7,19 +7,19 @@
 #define SPAN 0.02f
 
 /* Corners in cells from the lattice's phase, moved as the voxelizer does. */
-static void triangle_cells(const cells *c, uint32_t triangle, double out[3][3])
-{
+static void triangle_cells(const cells *c, uint32_t triangle, double out[3][3]) {
     const kd_primitive_desc *p = c->cache->desc;
     for (int v = 0; v < 3; v++) {
-        const float *at = &p->positions[p->indices[3 * triangle + (uint32_t)v]].x, *phase = &c->cache->phase.x;
+        const float *at = &p->positions[p->indices[3 * triangle + (uint32_t)v]].x,
+                    *phase = &c->cache->phase.x;
         for (int k = 0; k < 3; k++)
             out[v][k] = ((double)at[k] - (double)phase[k]) / (double)c->cache->span + KD_VOXELIZE_NUDGE;
     }
 }
 
-/* Mark every cell that a triangle touches when cells are larger by `margin` on each side. What has no area touches none. */
-static void mark_exactly(const cells *c, double margin, uint8_t *out)
-{
+/* Mark every cell that a triangle touches when cells are larger by `margin` on each side. What has no area
+ * touches none. */
+static void mark_exactly(const cells *c, double margin, uint8_t *out) {
     for (uint32_t t = 0; t < c->cache->desc->index_count / 3; t++) {
         double p[3][3];
         int64_t from[3], to[3], cell[3];
@@ -45,12 +45,11 @@ static void mark_exactly(const cells *c, double margin, uint8_t *out)
     }
 }
 
-/* Rounding in cells, for coordinates up to some thousands: a thousandth is well above it. Less than the nudge, which is
- * a 1024th, so that a plane on a border is still told apart from its other side. */
+/* Rounding in cells, for coordinates up to some thousands: a thousandth is well above it. Less than the
+ * nudge, which is a 1024th, so that a plane on a border is still told apart from its other side. */
 #define MARGIN 8e-4
 
-static void assert_exact(const cells *c)
-{
+static void assert_exact(const cells *c) {
     size_t count = (size_t)c->size[0] * c->size[1] * c->size[2];
     uint8_t *must = calloc(count, 1), *may = calloc(count, 1);
     assert_true(must && may);
@@ -67,8 +66,7 @@ static void assert_exact(const cells *c)
 }
 
 /* Does the flood from outside stay out of the cell at a model-space point? */
-static void assert_closed(const cells *c, kd_vec3 inside)
-{
+static void assert_closed(const cells *c, kd_vec3 inside) {
     uint8_t *outside = calloc((size_t)c->size[0] * c->size[1] * c->size[2], 1);
     int64_t cell[3];
     assert_non_null(outside);
@@ -81,8 +79,7 @@ static void assert_closed(const cells *c, kd_vec3 inside)
     free(outside);
 }
 
-static void shapes_become_closed_shells_of_the_cells_they_touch(void **state)
-{
+static void shapes_become_closed_shells_of_the_cells_they_touch(void **state) {
     (void)state;
     static const struct {
         kd_shape shape;
@@ -93,13 +90,15 @@ static void shapes_become_closed_shells_of_the_cells_they_touch(void **state)
                  {KD_SHAPE_TORUS, {0.8f, 0.3f, 0}, {0.25f, 0, 0}}};
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
     for (int i = 0; i < 4; i++) /* off the lattice, each in its own way */
-        voxel_shape(&v, cases[i].shape, cases[i].size, NULL, voxel_at(0.0037f * (float)i, 0.011f, -0.006f * (float)i));
+        voxel_shape(&v, cases[i].shape, cases[i].size, NULL,
+                    voxel_at(0.0037f * (float)i, 0.011f, -0.006f * (float)i));
     voxel_frame(&v);
     assert_int_equal(voxel_scene(&v)->object_count, 4);
     for (uint32_t i = 0; i < 4; i++) {
         cells c = read_cells(&v, i);
         assert_exact(&c);
-        for (int k = 0; k < 4; k++) /* objects come in the order of the draw list: know them by their extent */
+        for (int k = 0; k < 4;
+             k++) /* objects come in the order of the draw list: know them by their extent */
             if (fabsf(c.cache->desc->bounds_max.x - cases[k].size.x / 2) < 1e-4f)
                 assert_closed(&c, cases[k].inside);
         free_cells(&c);
@@ -108,8 +107,7 @@ static void shapes_become_closed_shells_of_the_cells_they_touch(void **state)
 }
 
 /* Slivers, needles and large ones, through each other. */
-static void any_triangle_marks_the_cells_it_touches(void **state)
-{
+static void any_triangle_marks_the_cells_it_touches(void **state) {
     (void)state;
     uint64_t random = 11;
     kd_model *model = fixture_model();
@@ -139,12 +137,13 @@ static void any_triangle_marks_the_cells_it_touches(void **state)
     voxel_close(&v);
 }
 
-static void plane_on_a_border_is_one_layer(void **state)
-{
+static void plane_on_a_border_is_one_layer(void **state) {
     (void)state;
-    for (int k = -3; k <= 3; k++) { /* 24 cells wide, on whole cells; the nudge puts the far edge into one more */
+    for (int k = -3; k <= 3;
+         k++) { /* 24 cells wide, on whole cells; the nudge puts the far edge into one more */
         voxel_world v = voxel_open((voxel_options){.span = SPAN});
-        voxel_shape(&v, KD_SHAPE_PLANE, (kd_vec3){24 * SPAN, 0, 24 * SPAN}, NULL, voxel_at(0, (float)k * SPAN, 5 * SPAN));
+        voxel_shape(&v, KD_SHAPE_PLANE, (kd_vec3){24 * SPAN, 0, 24 * SPAN}, NULL,
+                    voxel_at(0, (float)k * SPAN, 5 * SPAN));
         voxel_frame(&v);
         cells c = read_cells(&v, 0);
         assert_int_equal(c.total, 25 * 25);
@@ -157,8 +156,7 @@ static void plane_on_a_border_is_one_layer(void **state)
     }
 }
 
-static void long_primitive_is_cut_into_chunks(void **state)
-{
+static void long_primitive_is_cut_into_chunks(void **state) {
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
     voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){50, 0.09f, 0.13f}, NULL,
@@ -172,8 +170,7 @@ static void long_primitive_is_cut_into_chunks(void **state)
     voxel_close(&v);
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shapes_become_closed_shells_of_the_cells_they_touch),
         cmocka_unit_test(any_triangle_marks_the_cells_it_touches),

@@ -4,23 +4,24 @@
 #include "systems/voxel_pages/placement.h"
 #include "tests/systems_fixture.h"
 
-static kd_voxel_scene scene_of(uint32_t resolution, uint32_t cascades, float span)
-{
+static kd_voxel_scene scene_of(uint32_t resolution, uint32_t cascades, float span) {
     kd_voxel_scene scene = {.cascade_count = cascades, .resolution = resolution, .span_m = span};
     for (uint32_t c = 0; c < cascades; c++)
         scene.span[c] = span * (float)(1u << c);
     return scene;
 }
 
-static float edge_of(const kd_voxel_scene *scene, uint32_t c) { return scene->span[c] * (float)scene->resolution; }
+static float edge_of(const kd_voxel_scene *scene, uint32_t c) {
+    return scene->span[c] * (float)scene->resolution;
+}
 
 /* Whole cells of the outermost dense level, a common centre, each in the central half of the next. */
-static void cascades_nest_on_one_lattice(void **state)
-{
+static void cascades_nest_on_one_lattice(void **state) {
     (void)state;
     uint64_t random = 1;
     for (int i = 0; i < 2000; i++) {
-        kd_voxel_scene scene = scene_of(128u << i % 3, 1 + (uint32_t)i % 4, fixture_float(&random, 0.005f, 0.3f));
+        kd_voxel_scene scene =
+            scene_of(128u << i % 3, 1 + (uint32_t)i % 4, fixture_float(&random, 0.005f, 0.3f));
         kd_vec3 focus = fixture_vec3(&random, -50, 50);
         placement_update(&scene, focus, (kd_vec3){-200, -200, -200}, (kd_vec3){200, 200, 200});
         uint32_t outer = scene.cascade_count - 1;
@@ -36,13 +37,13 @@ static void cascades_nest_on_one_lattice(void **state)
     }
 }
 
-static void small_scene_is_held_whole_wherever_the_camera_is(void **state)
-{
+static void small_scene_is_held_whole_wherever_the_camera_is(void **state) {
     (void)state;
     uint64_t random = 2;
     for (int i = 0; i < 500; i++) {
         kd_voxel_scene scene = scene_of(128, 2, 0.02f);
-        kd_vec3 low = fixture_vec3(&random, -3, 3), high = kd_vec3_add(low, fixture_vec3(&random, 0.1f, 2.4f));
+        kd_vec3 low = fixture_vec3(&random, -3, 3),
+                high = kd_vec3_add(low, fixture_vec3(&random, 0.1f, 2.4f));
         placement_update(&scene, fixture_vec3(&random, -20, 20), low, high);
         for (int k = 0; k < 3; k++) { /* 2.56 m; half a step of 0.08 m is what snapping may take */
             assert_true((&scene.origin_ws[0].x)[k] <= (&low.x)[k] + 1e-4f);
@@ -51,8 +52,7 @@ static void small_scene_is_held_whole_wherever_the_camera_is(void **state)
     }
 }
 
-static void staying_is_not_moving(void **state)
-{
+static void staying_is_not_moving(void **state) {
     (void)state;
     kd_voxel_scene scene = scene_of(128, 3, 0.02f);
     kd_vec3 far = {100, 100, 100}, near = {-100, -100, -100};
@@ -65,14 +65,14 @@ static void staying_is_not_moving(void **state)
 }
 
 /* A box is in a cascade when some of its cells are owned by it, a margin of two cells aside. */
-static void boxes_are_in_the_cascades_that_own_their_cells(void **state)
-{
+static void boxes_are_in_the_cascades_that_own_their_cells(void **state) {
     (void)state;
     uint64_t random = 4;
     kd_voxel_scene scene = scene_of(128, 3, 0.02f);
     placement_update(&scene, (kd_vec3){1, 2, 3}, (kd_vec3){-90, -90, -90}, (kd_vec3){90, 90, 90});
     for (int i = 0; i < 4000; i++) {
-        kd_vec3 size = fixture_vec3(&random, 0.01f, 1), at = kd_vec3_add((kd_vec3){1, 2, 3}, fixture_vec3(&random, -6, 6));
+        kd_vec3 size = fixture_vec3(&random, 0.01f, 1),
+                at = kd_vec3_add((kd_vec3){1, 2, 3}, fixture_vec3(&random, -6, 6));
         for (uint32_t c = 0; c < scene.cascade_count; c++) {
             bool owned = false;
             for (int corner = 0; corner < 27; corner++) { /* corners, edges and faces sampled */
@@ -96,8 +96,7 @@ static void boxes_are_in_the_cascades_that_own_their_cells(void **state)
     }
 }
 
-static void morton_codes_come_back(void **state)
-{
+static void morton_codes_come_back(void **state) {
     (void)state;
     uint64_t random = 6;
     assert_int_equal(svo_morton(1, 0, 0), 1);
@@ -111,8 +110,7 @@ static void morton_codes_come_back(void **state)
     }
 }
 
-int main(void)
-{
+int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cascades_nest_on_one_lattice),
         cmocka_unit_test(small_scene_is_held_whole_wherever_the_camera_is),
