@@ -129,7 +129,7 @@ kd_mat4 shadow_spot_matrix(kd_vec3 position, kd_vec3 forward, float tangent, flo
 /** Axis of a cube face in GL's order: +X -X +Y -Y +Z -Z. */
 kd_vec3 shadow_cube_axis(uint32_t face);
 
-/** Distance from p to the farthest corner of the bounds. */
+/** Distance from p to the farthest corner of the bounds, rounded up to a power of the square root of two. */
 float shadow_farthest(const shadow_bounds *bounds, kd_vec3 p);
 
 /** Fill args and runs of every layer with the draws whose bounds it touches. Errors NO_MEMORY */

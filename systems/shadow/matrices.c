@@ -30,21 +30,22 @@ static float clampf(float x, float low, float high)
     return x < low ? low : x > high ? high : x;
 }
 
-float shadow_farthest(const shadow_bounds *b, kd_vec3 p)
-{
-    kd_vec3 d = {fmaxf(fabsf(b->low.x - p.x), fabsf(b->high.x - p.x)),
-                 fmaxf(fabsf(b->low.y - p.y), fabsf(b->high.y - p.y)),
-                 fmaxf(fabsf(b->low.z - p.z), fabsf(b->high.z - p.z))};
-    return kd_vec3_length(d);
-}
-
-/* Round up to a power of the square root of two: the maps keep their size while bounds and camera move a
- * little. */
+/* What follows from the bounds is rounded up in steps: maps keep their matrix while bounds and camera move a
+ * little, so that one caster that walks does not have all others drawn again. */
 static float quantize_radius(float radius)
 {
     return exp2f(ceilf(log2f(fmaxf(radius, 1e-3f)) * 2) / 2);
 }
 
+float shadow_farthest(const shadow_bounds *b, kd_vec3 p)
+{
+    kd_vec3 d = {fmaxf(fabsf(b->low.x - p.x), fabsf(b->high.x - p.x)),
+                 fmaxf(fabsf(b->low.y - p.y), fabsf(b->high.y - p.y)),
+                 fmaxf(fabsf(b->low.z - p.z), fabsf(b->high.z - p.z))};
+    return quantize_radius(kd_vec3_length(d));
+}
+
+/* The bounds' extent along a direction, to both sides on a lattice of a sixteenth to a 32nd of it. */
 static void depth_range(const shadow_bounds *b, kd_vec3 direction, float *low, float *high)
 {
     kd_vec3 centre = kd_vec3_scale(kd_vec3_add(b->low, b->high), 0.5f);
@@ -52,8 +53,9 @@ static void depth_range(const shadow_bounds *b, kd_vec3 direction, float *low, f
     float middle = kd_vec3_dot(centre, direction);
     float reach = fabsf(direction.x) * half.x + fabsf(direction.y) * half.y + fabsf(direction.z) * half.z;
     reach = reach * 1.01f + 0.01f;
-    *low = middle - reach;
-    *high = middle + reach;
+    float step = exp2f(ceilf(log2f(reach)) - 4);
+    *low = floorf((middle - reach) / step) * step;
+    *high = ceilf((middle + reach) / step) * step;
 }
 
 void shadow_cascades_make(shadow_cascade *out, uint32_t count, kd_vec3 direction, kd_vec3 eye,
@@ -63,7 +65,7 @@ void shadow_cascades_make(shadow_cascade *out, uint32_t count, kd_vec3 direction
         centre = {clampf(eye.x, bounds->low.x, bounds->high.x), clampf(eye.y, bounds->low.y, bounds->high.y),
                   clampf(eye.z, bounds->low.z, bounds->high.z)};
     make_basis(direction, &right, &up);
-    float low, high, radius = fminf(distance, quantize_radius(shadow_farthest(bounds, centre)));
+    float low, high, radius = fminf(distance, shadow_farthest(bounds, centre));
     depth_range(bounds, direction, &low, &high);
     for (uint32_t i = count; i-- > 0; radius /= CASCADE_RATIO) {
         /* two texels at each border are the filter's and the bias' margin, one more is lost to snapping */

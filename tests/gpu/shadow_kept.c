@@ -129,6 +129,25 @@ static void moved_caster_gives_the_maps_of_a_fresh_world(void **state)
     expect_like_fresh(&s, &now);
 }
 
+/* The highest of all casters rises by a tenth of a millimetre a frame: depth ranges follow the scene's bounds in
+ * steps of centimetres, so that they hold still in most frames, and the rest of the scene is not drawn again. */
+static void caster_that_sets_the_bounds_moves_alone(void **state)
+{
+    render *r = *state;
+    stage_state now = START;
+    uint32_t alone = 0;
+    now.box.y = 1.7f;
+    stage s = settle(r, &now);
+    for (int i = 0; i < 10; i++) {
+        now.box.y += 1e-4f;
+        apply(&s, &now);
+        render_frame(r, "kept");
+        alone += i >= 2 && shadow_state_of(r)->drawn_casters == shadow_state_of(r)->copied_layers;
+    }
+    assert_true(alone >= 5);
+    expect_like_fresh(&s, &now);
+}
+
 static void moved_light_redraws_its_maps_alone(void **state)
 {
     render *r = *state;
@@ -238,6 +257,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         RENDER_TEST(steady_frame_draws_nothing),
         RENDER_TEST(moved_caster_gives_the_maps_of_a_fresh_world),
+        RENDER_TEST(caster_that_sets_the_bounds_moves_alone),
         RENDER_TEST(moved_light_redraws_its_maps_alone),
         RENDER_TEST(moved_camera_draws_cascades_that_snap),
         RENDER_TEST(hidden_caster_leaves_and_comes_back),
