@@ -25,9 +25,9 @@ void add(uint at, uint weight, uvec3 albedo, ivec3 normal, uvec3 emission, uint 
     atomicAdd(sums[at + 5u], uint(normal.y * int(weight)));
     atomicAdd(sums[at + 6u], uint(normal.z * int(weight)));
     if (emission != uvec3(0u)) {
-        atomicAdd(sums[at + 7u], (emission.x * weight) >> 8);
-        atomicAdd(sums[at + 8u], (emission.y * weight) >> 8);
-        atomicAdd(sums[at + 9u], (emission.z * weight) >> 8);
+        atomicAdd(sums[at + 7u], (emission.x * weight + 128u) >> 8);
+        atomicAdd(sums[at + 8u], (emission.y * weight + 128u) >> 8);
+        atomicAdd(sums[at + 9u], (emission.z * weight + 128u) >> 8);
         atomicAdd(sums[at + 11u], weight);
     }
     if (double_sided != 0u)

@@ -106,7 +106,7 @@ static void add(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t weig
     for (int k = 0; k < 3; k++) {
         sum[1 + k] += a->albedo[k] * weight;
         sum[4 + k] += (uint32_t)(a->normal[k] * (int32_t)weight);
-        sum[7 + k] += (a->emission[k] * weight) >> 8;
+        sum[7 + k] += (a->emission[k] * weight + 128) >> 8;
     }
     sum[10] += a->double_sided ? weight : 0;
     sum[11] += emissive ? weight : 0;

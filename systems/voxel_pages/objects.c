@@ -22,6 +22,7 @@ static void insert_slot(voxel_objects *t, const kd_voxel_scene *scene, uint32_t 
     while (t->slots[at])
         at = (at + 1) & (t->slot_count - 1);
     t->slots[at] = object + 1;
+    t->used++;
 }
 
 static kd_status rehash(voxel_objects *t, const kd_voxel_scene *scene, uint32_t count)
@@ -32,6 +33,7 @@ static kd_status rehash(voxel_objects *t, const kd_voxel_scene *scene, uint32_t 
     free(t->slots);
     t->slots = slots;
     t->slot_count = count;
+    t->used = 0;
     for (uint32_t i = 0; i < scene->object_count; i++)
         if (scene->objects[i].alive)
             insert_slot(t, scene, i);
@@ -51,8 +53,9 @@ static kd_voxel_object *find(const voxel_objects *t, kd_voxel_scene *scene, cons
 
 static kd_status reserve(voxel_objects *t, kd_voxel_scene *scene)
 {
-    if (t->live * 2 >= t->slot_count) {
-        kd_status status = rehash(t, scene, t->slot_count ? t->slot_count * 2 : 64);
+    if (t->used * 2 >= t->slot_count) { /* full, of what lives or of slots that departed objects left */
+        uint32_t count = t->live * 4 > t->slot_count ? t->slot_count * 2 : t->slot_count;
+        kd_status status = rehash(t, scene, count ? count : 64);
         if (status)
             return status;
     }
@@ -196,7 +199,6 @@ void objects_forget(voxel_objects *t, kd_voxel_scene *scene, uint32_t object)
     o->primitive = t->free_head;
     t->free_head = object + 1;
     t->live--;
-    rehash(t, scene, t->slot_count); /* keeps probe chains whole; objects seldom leave */
 }
 
 void objects_fini(voxel_objects *t, kd_voxel_scene *scene)

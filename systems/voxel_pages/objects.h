@@ -11,6 +11,7 @@
 typedef struct voxel_objects {
     uint32_t *slots;      /* open addressing: object plus one, by entity and primitive */
     uint32_t slot_count;  /* a power of two */
+    uint32_t used;        /* slots taken, also by objects that have left: their slots keep probe chains whole */
     uint32_t capacity;    /* of kd_voxel_scene.objects */
     uint32_t cache_capacity;
     uint32_t free_head;   /* free objects are chained through kd_voxel_object.primitive, plus one */

@@ -126,6 +126,29 @@ static void want_caches(voxel_objects *table, kd_voxel_scene *scene)
     }
 }
 
+typedef struct box {
+    kd_vec3 low, high;
+} box;
+
+static void grow_box(box *b, kd_vec3 low, kd_vec3 high)
+{
+    b->low = (kd_vec3){fminf(b->low.x, low.x), fminf(b->low.y, low.y), fminf(b->low.z, low.z)};
+    b->high = (kd_vec3){fmaxf(b->high.x, high.x), fmaxf(b->high.y, high.y), fmaxf(b->high.z, high.z)};
+}
+
+/* What the cascades are kept inside of: all that stands still, so that nothing that moves can move them. Scenes in which
+ * everything moves are bounded by what is drawn. */
+static box place_bounds(const kd_voxel_scene *scene, const kd_draw_list *list)
+{
+    box b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        const kd_voxel_object *o = &scene->objects[i];
+        if (o->alive && o->seen && !o->dynamic && !o->becomes_dynamic)
+            grow_box(&b, o->bounds_min_ws, o->bounds_max_ws);
+    }
+    return b.low.x <= b.high.x ? b : (box){list->bounds_min_ws, list->bounds_max_ws};
+}
+
 static void run(kd_system_context *context)
 {
     voxel_objects *table = context->user;
@@ -137,8 +160,9 @@ static void run(kd_system_context *context)
     apply_settings(scene, &frame->settings);
     float ahead = AHEAD * 0.5f * (float)scene->resolution * scene->span[0];
     kd_vec3 focus = kd_vec3_add(view->position_ws, kd_vec3_scale(view->forward_ws, ahead));
-    placement_update(scene, focus, list->bounds_min_ws, list->bounds_max_ws);
     see_everything(context, table, scene);
+    box bounds = place_bounds(scene, list);
+    placement_update(scene, focus, bounds.low, bounds.high);
     want_caches(table, scene);
     scene->internal = table;
 }

@@ -95,6 +95,8 @@ static void dim_lamp_keeps_its_radiance_beside_a_bright_one(void **state) {
     dim.emissive = (kd_vec3){0.5f, 0.5f, 0.5f};
     voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.4f, 0.4f, 0.4f}, &bright, voxel_at(-0.7f, 0, 0));
     kd_entity lamp = voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.4f, 0.4f, 0.4f}, &dim, voxel_at(0.7f, 0, 0));
+    /* stands still, and so keeps the cascades in the middle between the two */
+    voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.4f, 0.2f, 0.4f}, &dim, voxel_at(0.7f, 0.6f, 0));
     voxel_frame(&v);
     kd_find_mut(v.world, lamp, kd_transform)->position.y += 0.007f;
     voxel_frame(&v);
