@@ -270,6 +270,8 @@ static void upload_params(kd_gpu *gpu, pages_state *state, const kd_scene_store 
         state->params_capacity = n * 2;
     }
     for (uint32_t i = 0; i < n; i++) {
+        if (!scene->objects[i].alive)
+            continue; /* its primitive is a link of the free list */
         kd_gl_vec4 before = state->params[i].emission;
         fill_params(store, scene, &scene->objects[i], &state->params[i]);
         if (!scene->objects[i].dynamic && memcmp(&before, &state->params[i].emission, sizeof before) != 0)
