@@ -129,8 +129,8 @@ static void moved_caster_gives_the_maps_of_a_fresh_world(void **state)
     expect_like_fresh(&s, &now);
 }
 
-/* The highest of all casters rises by a tenth of a millimetre a frame: depth ranges follow the scene's bounds in
- * steps of centimetres, so that they hold still in most frames, and the rest of the scene is not drawn again. */
+/* The highest of all casters rises by a tenth of a millimetre a frame: depth ranges follow the scene's bounds
+ * in steps of centimetres, so that they hold still in most frames, and the rest is not drawn again. */
 static void caster_that_sets_the_bounds_moves_alone(void **state)
 {
     render *r = *state;
