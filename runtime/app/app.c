@@ -4,6 +4,7 @@
 
 #include <stdio.h>
 
+#include "runtime/app/bench.h"
 #include "runtime/app/console.h"
 #include "runtime/app/doctor.h"
 #include "runtime/app/help.h"
@@ -20,6 +21,8 @@ static kd_status dispatch(const app_options *options) {
         return app_info_print(options->subject);
     case APP_DOCTOR:
         return app_doctor_print();
+    case APP_BENCH:
+        return app_bench_run(options);
     case APP_VERSION:
         printf("kandil %s\n", KD_VERSION);
         return KD_OK;

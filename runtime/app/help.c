@@ -14,21 +14,26 @@ static void print_program(void) {
     for (const app_command_row *row = app_commands; row->name; row++) {
         char left[64];
         snprintf(left, sizeof left, "%s %s", row->name, row->subject ? row->subject : "");
-        printf("  %-18s %s\n", left, row->doc);
+        printf("  %-20s %s\n", left, row->doc);
     }
-    printf("  %-18s %s\n\n", "--version", "print the version");
+    printf("  %-20s %s\n\n", "--version", "print the version");
     printf("`kandil help run` lists its options, `kandil help settings` what --set takes.\n"
            "Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 interrupted.\n");
 }
 
 static void print_command(const app_command_row *row) {
+    const app_option_row *options = app_command_options(row->command);
     printf("usage: kandil %s%s%s%s\n\n%s\n", row->name, row->subject ? " " : "",
-           row->subject ? row->subject : "", row->command == APP_RUN ? " [OPTIONS]" : "", row->doc);
-    if (row->command != APP_RUN)
-        return;
-    printf("\nA model that brings no camera or light is framed and lit; a small one without animation is "
-           "turned.\n\n");
-    for (const app_option_row *option = app_run_options; option->name; option++) {
+           row->subject ? row->subject : "", options ? " [OPTIONS]" : "", row->doc);
+    if (row->command == APP_RUN)
+        printf("\nA model that brings no camera or light is framed and lit; a small one without animation is "
+               "turned.\n");
+    if (row->command == APP_BENCH)
+        printf("\nEach row: median, least and most of 9 or more samples, and the limit measured in the same "
+               "run: plain arrays,\na plain copy, or the serial work divided by the threads.\n");
+    if (options)
+        printf("\n");
+    for (const app_option_row *option = options; option && option->name; option++) {
         char left[64];
         snprintf(left, sizeof left, "%s %s", option->name, option->value ? option->value : "");
         printf("  %-24s %s\n", left, option->doc);

@@ -15,12 +15,13 @@
 #include "runtime/core/nearest.h"
 #include "runtime/ecs/world.h"
 
-#define MAX_SIZE   16384
-#define MAX_FRAMES 100000000
+#define MAX_SIZE    16384
+#define MAX_FRAMES  100000000
+#define MAX_BENCH_N 50000000
 
 const char *const app_gi_words[] = {"cones", "none", NULL};
-const char *const app_view_words[] = {"final",  "direct", "indirect", "ao",    "specular", "albedo",
-                                      "normal", "depth",  "octree",   NULL};
+const char *const app_view_words[] = {"final",  "direct", "indirect", "ao",     "specular",
+                                      "albedo", "normal", "depth",    "octree", NULL};
 _Static_assert(sizeof app_view_words / sizeof *app_view_words == KD_VIEW_MODE_COUNT + 1,
                "a view lacks its word");
 
@@ -32,6 +33,7 @@ _Static_assert(sizeof context_words / sizeof *context_words == KD_CONTEXT_API_CO
 const app_command_row app_commands[] = {
     {"run", APP_RUN, "SCENE", "render a scenario (.lua) or a model (.gltf, .glb)"},
     {"info", APP_INFO, "FILE", "list what a model holds"},
+    {"bench", APP_BENCH, "[ecs|jobs|all]", "measure the ECS and the jobs beside this machine's limits"},
     {"doctor", APP_DOCTOR, NULL, "list every way to a GPU or software driver, and what is missing"},
     {"help", APP_HELP, "[COMMAND]", "explain the program, a command, or `settings`"},
     {NULL, APP_HELP, NULL, NULL},
@@ -243,6 +245,22 @@ static kd_status read_graph(app_options *o, const char *text) {
     return read_path("--graph", text, &o->graph);
 }
 
+static kd_status read_json(app_options *o, const char *text) {
+    return read_path("--json", text, &o->json);
+}
+
+static kd_status read_bench_n(app_options *o, const char *text) {
+    int64_t value = 0;
+    kd_status status = read_integer("--n", text, 1, MAX_BENCH_N, &value);
+    o->bench_n = (uint32_t)value;
+    return status;
+}
+
+static kd_status read_bench_case(app_options *o, const char *text) {
+    o->bench_case = text;
+    return KD_OK;
+}
+
 static kd_status read_window(app_options *o, const char *text) {
     (void)text;
     o->window = true;
@@ -261,7 +279,7 @@ static kd_status read_quiet(app_options *o, const char *text) {
     return KD_OK;
 }
 
-const app_option_row app_run_options[] = {
+static const app_option_row run_options[] = {
     {"--frames", "N", read_frames, "number of frames; beats --seconds, which beats the scenario's"},
     {"--seconds", "S", read_seconds,
      "length; default: the scenario's, else 4 (a model: 48 frames for films and patterns, else 1)"},
@@ -291,33 +309,46 @@ const app_option_row app_run_options[] = {
     {NULL, NULL, NULL, NULL},
 };
 
+static const app_option_row bench_options[] = {
+    {"--json", "FILE", read_json, "write the rows to a file too"},
+    {"--threads", "N", read_threads, "threads of the cases for several; 0, the default: one per processor"},
+    {"--n", "N", read_bench_n, "measure this size alone; default: 1000, 65536 and 1000000 entities"},
+    {"--case", "NAME", read_bench_case, "measure the cases whose name contains this"},
+    {NULL, NULL, NULL, NULL},
+};
+
+const app_option_row *app_command_options(app_command command) {
+    return command == APP_RUN ? run_options : command == APP_BENCH ? bench_options : NULL;
+}
+
 /* ---- the command line ---- */
 
-static const app_option_row *find_option(const char *name, size_t length) {
-    for (const app_option_row *row = app_run_options; row->name; row++)
+static const app_option_row *find_option(const app_option_row *rows, const char *name, size_t length) {
+    for (const app_option_row *row = rows; row->name; row++)
         if (strlen(row->name) == length && strncmp(row->name, name, length) == 0)
             return row;
     return NULL;
 }
 
-static kd_status fail_unknown_option(const char *name) {
+static kd_status fail_unknown_option(const app_option_row *rows, const char *command, const char *name) {
     kd_nearest near = kd_nearest_to(name);
-    for (const app_option_row *row = app_run_options; row->name; row++)
+    for (const app_option_row *row = rows; row->name; row++)
         kd_nearest_offer(&near, row->name);
     if (near.best)
         return kd_fail(KD_USAGE, "unknown option %s; did you mean %s?", name, near.best);
-    return kd_fail(KD_USAGE, "unknown option %s; `kandil help run` lists all", name);
+    return kd_fail(KD_USAGE, "unknown option %s; `kandil help %s` lists all", name, command);
 }
 
 /* Read the option at argv[*i], and its value behind '=' or in the next argument. */
-static kd_status read_option(app_options *out, int argc, char **argv, int *i) {
+static kd_status read_option(app_options *out, const char *command, int argc, char **argv, int *i) {
     const char *argument = argv[*i], *equals = strchr(argument, '=');
     size_t length = equals ? (size_t)(equals - argument) : strlen(argument);
-    const app_option_row *row = out->command == APP_RUN ? find_option(argument, length) : NULL;
-    if (!row && out->command != APP_RUN)
+    const app_option_row *rows = app_command_options(out->command);
+    const app_option_row *row = rows ? find_option(rows, argument, length) : NULL;
+    if (!rows)
         return kd_fail(KD_USAGE, "unknown option %s; this command takes none", argument);
     if (!row)
-        return fail_unknown_option(argument);
+        return fail_unknown_option(rows, command, argument);
     if (!row->value)
         return equals ? kd_fail(KD_USAGE, "%s takes no value; write it alone", row->name)
                       : row->read(out, NULL);
@@ -328,6 +359,14 @@ static kd_status read_option(app_options *out, int argc, char **argv, int *i) {
     return row->read(out, argv[++*i]);
 }
 
+static kd_status read_bench(app_options *out, const char *text) {
+    static const char *const words[] = {"all", "ecs", "jobs", NULL};
+    int bench = 0;
+    kd_status status = read_word("bench", text, words, &bench);
+    out->bench = (app_bench)bench;
+    return status;
+}
+
 static kd_status read_subject(app_options *out, const app_command_row *row, const char *text) {
     if (!row->subject)
         return kd_fail(KD_USAGE, "unexpected argument '%s'; `kandil %s` takes none", text, row->name);
@@ -335,7 +374,7 @@ static kd_status read_subject(app_options *out, const app_command_row *row, cons
         return kd_fail(KD_USAGE, "unexpected argument '%s' after '%s'; give one %s", text, out->subject,
                        row->subject);
     out->subject = text;
-    return KD_OK;
+    return out->command == APP_BENCH ? read_bench(out, text) : KD_OK;
 }
 
 static const app_command_row *find_command(const char *name) {
@@ -373,7 +412,7 @@ static kd_status read_arguments(app_options *out, const app_command_row *row, in
         if (!options_end && strcmp(argv[i], "--") == 0)
             options_end = true;
         else if (!options_end && argv[i][0] == '-' && argv[i][1])
-            status = read_option(out, argc, argv, &i);
+            status = read_option(out, row->name, argc, argv, &i);
         else
             status = read_subject(out, row, argv[i]);
     }

@@ -11,7 +11,9 @@
 #include "runtime/core/status.h"
 #include "runtime/gpu/gpu.h"
 
-typedef enum app_command { APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR } app_command;
+typedef enum app_command { APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH } app_command;
+
+typedef enum app_bench { APP_BENCH_ALL, APP_BENCH_ECS, APP_BENCH_JOBS } app_bench;
 
 typedef enum app_output_kind { APP_OUTPUT_PNG, APP_OUTPUT_EXR, APP_OUTPUT_FILM } app_output_kind;
 typedef struct app_output {
@@ -34,6 +36,10 @@ typedef struct app_options {
     const char *profile; /* "table" or NULL */
     bool profile_sync, window, quiet;
     const char *stats, *graph; /* paths or NULL */
+    app_bench bench;
+    uint32_t bench_n;       /* 0: not said */
+    const char *bench_case; /* a part of the names of cases, or NULL */
+    const char *json;       /* path or NULL */
     uint32_t output_count, root_count, set_count;
     app_output *outputs;
     const char **roots;
@@ -56,7 +62,8 @@ typedef struct app_option_row {
     kd_status (*read)(app_options *options, const char *value);
     const char *doc;
 } app_option_row;
-extern const app_option_row app_run_options[]; /* ended by an empty row */
+/** Get the options a command takes, ended by an empty row. Returns NULL when it takes none. */
+const app_option_row *app_command_options(app_command command);
 
 typedef struct app_command_row {
     const char *name;

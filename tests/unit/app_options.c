@@ -77,6 +77,20 @@ static void nothing_said_is_told_apart(void **state) {
     app_options_fini(&o);
 }
 
+static void bench_takes_its_own_options(void **state) {
+    (void)state;
+    app_options o;
+    assert_int_equal(parse("bench", &o), KD_OK);
+    assert_int_equal(o.command, APP_BENCH);
+    assert_true(o.bench == APP_BENCH_ALL && o.bench_n == 0 && !o.bench_case && !o.json);
+    app_options_fini(&o);
+    assert_int_equal(parse("bench jobs --json rows.json --threads 2 --n 100 --case dag", &o), KD_OK);
+    assert_true(o.bench == APP_BENCH_JOBS && o.bench_n == 100 && o.threads == 2);
+    assert_string_equal(o.bench_case, "dag");
+    assert_string_equal(o.json, "rows.json");
+    app_options_fini(&o);
+}
+
 static void help_is_found_everywhere(void **state) {
     (void)state;
     app_options o;
@@ -136,6 +150,14 @@ static void mistakes_give_one_message_that_helps(void **state) {
         {"run a.lua --quiet=1", "takes no value"},
         {"run a.lua --graph g.png", ".dot or .svg"},
         {"info a.glb --frames 3", "takes none"},
+        {"bench esc", "did you mean 'ecs'?"},
+        {"bench ecs jobs", "unexpected argument 'jobs'"},
+        {"bench --jsn f.json", "did you mean --json?"},
+        {"bench --xyzzy", "kandil help bench"},
+        {"bench --frames 3", "unknown option --frames"},
+        {"bench --n 0", "out of range"},
+        {"bench --threads 65", "out of range"},
+        {"run a.lua --json f.json", "unknown option --json"},
         {"doctor now", "takes none"},
         {"info", "needs a FILE"},
     };
@@ -160,6 +182,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(options_are_read_when_right),
         cmocka_unit_test(nothing_said_is_told_apart),
+        cmocka_unit_test(bench_takes_its_own_options),
         cmocka_unit_test(help_is_found_everywhere),
         cmocka_unit_test(mistakes_give_one_message_that_helps),
         cmocka_unit_test(entity_fields_are_told_from_settings),
