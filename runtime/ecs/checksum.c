@@ -84,6 +84,29 @@ static void add_table(XXH3_state_t *state, const kd_world *w, const ecs_table *t
     }
 }
 
+/* What lies beside the tables, if anything does; components by name. */
+static void add_sides(XXH3_state_t *state, const kd_world *w)
+{
+    ecs_archetype all = {.ids = (kd_component_id *)(uintptr_t)w->side_ids, .id_count = w->side_count};
+    kd_component_id ids[ECS_MAX_COMPONENTS];
+    uint32_t count = w->side_limit ? order_by_name(w, &all, ids) : 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const ecs_component *c = &w->components[ids[i]];
+        const ecs_side *s = ecs_side_of(w, ids[i]);
+        if (!s || (!s->count && !s->disabled_count))
+            continue;
+        add_text(state, c->desc->name);
+        add_u32(state, s->count);
+        if (s->count)
+            XXH3_64bits_update(state, s->entities, s->count * sizeof *s->entities);
+        if (s->count && c->size)
+            add_spans(state, c, s->values, s->count);
+        for (uint32_t index = 0; s->disabled_count && index < s->word_limit * 64; index++)
+            if (ecs_side_disabled(s, index))
+                add_u32(state, index);
+    }
+}
+
 uint64_t kd_world_checksum(const kd_world *w)
 {
     XXH3_state_t state;
@@ -91,5 +114,6 @@ uint64_t kd_world_checksum(const kd_world *w)
     for (uint32_t i = 0; i < w->head.table_count; i++)
         if (w->head.tables[i]->count)
             add_table(&state, w, w->head.tables[i]);
+    add_sides(&state, w);
     return XXH3_64bits_digest(&state);
 }

@@ -21,7 +21,7 @@
 #define MERGE_MASK   0x1ffffffu
 #define SHORTEST_RUN 4u /* rows that are worth moving together */
 
-enum { COMMAND_SPAWN, COMMAND_DESTROY, COMMAND_SET, COMMAND_REMOVE, COMMAND_PARENT, COMMAND_NAME };
+enum { COMMAND_SPAWN, COMMAND_DESTROY, COMMAND_SET, COMMAND_REMOVE, COMMAND_ENABLE, COMMAND_PARENT, COMMAND_NAME };
 
 typedef struct command {
     uint32_t kind;
@@ -179,6 +179,18 @@ void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *de
         *at = (command){COMMAND_REMOVE, id, lasting(c->world, e)};
 }
 
+void kd_commands_enable(kd_commands *c, kd_entity e, const kd_component_desc *desc, bool enabled)
+{
+    kd_component_id id = kd_component_ensure(c->world, desc);
+    command *at = id ? record(c, units(sizeof *at) + 1) : NULL;
+    uint64_t word = enabled;
+    c->failed |= !id;
+    if (!at)
+        return;
+    *at = (command){COMMAND_ENABLE, id, lasting(c->world, e)};
+    memcpy(at + 1, &word, sizeof word);
+}
+
 void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent)
 {
     command *at = record(c, units(sizeof *at) + units(sizeof parent));
@@ -229,6 +241,7 @@ static kd_status apply(kd_world *w, kd_commands *c, const command *at)
     uint8_t *bytes = (uint8_t *)(uintptr_t)(at + 1);
     kd_component_id id;
     kd_entity parent;
+    uint64_t word;
     switch (at->kind) {
     case COMMAND_SPAWN:
         return apply_spawn(w, c, at);
@@ -242,6 +255,9 @@ static kd_status apply(kd_world *w, kd_commands *c, const command *at)
     case COMMAND_REMOVE:
         kd_remove_id(w, at->e, at->count);
         return KD_OK;
+    case COMMAND_ENABLE:
+        memcpy(&word, bytes, sizeof word);
+        return kd_enable_id(w, at->e, at->count, word != 0);
     case COMMAND_PARENT:
         memcpy(&parent, bytes, sizeof parent);
         return kd_set_parent(w, at->e, parent);
@@ -327,7 +343,8 @@ static uint32_t run_length(const kd_world *w, const ecs_command_head *heads, uin
                            uint32_t *row)
 {
     const command *first = command_at(w, heads);
-    if (first->kind != COMMAND_SET || !ecs_locate(w, first->e, t, row) || ecs_column_of(*t, set_id(first)))
+    if (first->kind != COMMAND_SET || w->components[set_id(first)].sparse ||
+        !ecs_locate(w, first->e, t, row) || ecs_column_of(*t, set_id(first)))
         return 0;
     uint32_t n = 1;
     for (; n < count; n++) {

@@ -89,6 +89,11 @@ static kd_component_id register_component(kd_world *w, const kd_component_desc *
         c->has_entities |= desc->fields[i].type == KD_ENTITY;
     if (!fill_spans(w, c))
         return 0;
+    c->sparse = desc->flags & KD_COMPONENT_SPARSE;
+    if (desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE))
+        w->side_ids[w->side_count++] = count + 1;
+    c->side = desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE) ? w->side_count : 0;
+    w->head.sparse_count += c->sparse;
     atomic_store_explicit(&w->component_count, count + 1, memory_order_release);
     return count + 1;
 }

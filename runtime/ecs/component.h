@@ -60,6 +60,8 @@ typedef struct kd_component_desc {
 
 typedef enum kd_component_flags {
     KD_COMPONENT_TRANSIENT = 1, /* left out of snapshots (handles of a device, caches): the restored world lacks it */
+    KD_COMPONENT_SPARSE = 2, /* kept beside the tables: adding and removing moves no row, iterating costs a look-up a row */
+    KD_COMPONENT_TOGGLE = 4, /* kd_disable hides it from queries, value and place kept */
 } kd_component_flags;
 
 #define KD_COMPONENT_DECLARE(type) extern const kd_component_desc type##_desc
@@ -84,6 +86,12 @@ typedef enum kd_component_flags {
                                            .field_count = (uint32_t)(sizeof type##_fields / sizeof(kd_field)), \
                                            .default_value = (default_)}
 #define KD_COMPONENT_DEFINE(type, name_, ...) KD_COMPONENT_DEFINE_DEFAULT(type, name_, NULL, __VA_ARGS__)
+#define KD_COMPONENT_DEFINE_FLAGS(type, name_, flags_, ...)                                                  \
+    static const kd_field type##_fields[] = {__VA_ARGS__};                                                   \
+    const kd_component_desc type##_desc = {.name = (name_), .size = (uint32_t)sizeof(type),                  \
+                                           .align = (uint32_t)_Alignof(type), .fields = type##_fields,       \
+                                           .field_count = (uint32_t)(sizeof type##_fields / sizeof(kd_field)), \
+                                           .flags = (flags_)}
 #define KD_TAG_DEFINE(type, name_) const kd_component_desc type##_desc = {.name = (name_), .align = 1}
 
 #endif

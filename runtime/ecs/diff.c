@@ -13,38 +13,48 @@ typedef struct comparison {
     uint32_t capacity, count;
 } comparison;
 
-static void note(comparison *c, kd_difference d) {
+static void note(comparison *c, kd_difference d)
+{
     if (c->count < c->capacity)
         c->out[c->count] = d;
     c->count++;
 }
 
-static kd_entity living_at(const kd_world *w, uint32_t index) {
+static kd_entity living_at(const kd_world *w, uint32_t index)
+{
     ecs_record r = index < w->head.entity_limit ? w->head.records[index] : 0;
     return ecs_record_generation(r) ? (kd_entity){index, ecs_record_generation(r)} : KD_NO_ENTITY;
 }
 
-static bool spans_equal(const ecs_component *c, const uint8_t *x, const uint8_t *y) {
+static bool spans_equal(const ecs_component *c, const uint8_t *x, const uint8_t *y)
+{
     for (uint32_t i = 0; i < c->span_count; i++)
         if (memcmp(x + c->spans[i].offset, y + c->spans[i].offset, c->spans[i].size) != 0)
             return false;
     return true;
 }
 
-static const kd_field *first_field(const kd_component_desc *desc, const uint8_t *x, const uint8_t *y) {
+static const kd_field *first_field(const kd_component_desc *desc, const uint8_t *x, const uint8_t *y)
+{
     for (uint32_t i = 0; i < desc->field_count; i++)
         if (memcmp(x + desc->fields[i].offset, y + desc->fields[i].offset, desc->fields[i].size) != 0)
             return &desc->fields[i];
     return NULL;
 }
 
-static void compare_component(comparison *c, kd_entity e, kd_component_id id, kd_component_id other) {
+static void compare_component(comparison *c, kd_entity e, kd_component_id id, kd_component_id other)
+{
     const ecs_component *component = &c->a->components[id];
     const kd_component_desc *desc = component->desc;
     const void *x = kd_find_id(c->a, e, id), *y = other ? kd_find_id(c->b, e, other) : NULL;
     if (!x != !y) {
         note(c, (kd_difference){KD_DIFFERENCE_COMPONENT, e, x ? 0 : 1, desc, NULL});
-    } else if (x && component->size) {
+        return;
+    }
+    bool enabled = kd_is_enabled_id(c->a, e, id);
+    if (x && enabled != kd_is_enabled_id(c->b, e, other))
+        note(c, (kd_difference){KD_DIFFERENCE_ENABLED, e, enabled ? 1 : 0, desc, NULL});
+    if (x && component->size) {
         if (c->b->components[other].size != component->size)
             note(c, (kd_difference){KD_DIFFERENCE_VALUE, e, 0, desc, NULL});
         else if (!spans_equal(component, x, y))
@@ -52,7 +62,8 @@ static void compare_component(comparison *c, kd_entity e, kd_component_id id, kd
     }
 }
 
-static void compare_components(comparison *c, kd_entity e) {
+static void compare_components(comparison *c, kd_entity e)
+{
     for (kd_component_id id = 1; id <= kd_component_count(c->a); id++)
         compare_component(c, e, id, c->b_ids[id]);
     for (kd_component_id id = 1; id <= kd_component_count(c->b); id++)
@@ -60,7 +71,8 @@ static void compare_components(comparison *c, kd_entity e) {
             note(c, (kd_difference){KD_DIFFERENCE_COMPONENT, e, 1, c->b->components[id].desc, NULL});
 }
 
-static void compare_entity(comparison *c, kd_entity e) {
+static void compare_entity(comparison *c, kd_entity e)
+{
     if (strcmp(kd_get_name(c->a, e), kd_get_name(c->b, e)) != 0)
         note(c, (kd_difference){.kind = KD_DIFFERENCE_NAME, .entity = e});
     if (!kd_entity_equal(kd_get_parent(c->a, e), kd_get_parent(c->b, e)))
@@ -71,14 +83,16 @@ static void compare_entity(comparison *c, kd_entity e) {
 }
 
 /* The next entity in order of iteration. */
-static kd_entity next_in_order(const kd_world *w, uint32_t *table, uint32_t *row) {
+static kd_entity next_in_order(const kd_world *w, uint32_t *table, uint32_t *row)
+{
     for (; *table < w->head.table_count; ++*table, *row = 0)
         if (*row < w->head.tables[*table]->count)
             return ecs_entities(w->head.tables[*table])[(*row)++];
     return KD_NO_ENTITY;
 }
 
-static void compare_order(comparison *c) {
+static void compare_order(comparison *c)
+{
     uint32_t at[4] = {0};
     for (;;) {
         kd_entity x = next_in_order(c->a, &at[0], &at[1]), y = next_in_order(c->b, &at[2], &at[3]);
@@ -91,7 +105,8 @@ static void compare_order(comparison *c) {
     }
 }
 
-uint32_t kd_world_diff(const kd_world *a, const kd_world *b, kd_difference *out, uint32_t capacity) {
+uint32_t kd_world_diff(const kd_world *a, const kd_world *b, kd_difference *out, uint32_t capacity)
+{
     comparison c = {.a = a, .b = b, .out = out, .capacity = capacity};
     for (kd_component_id id = 1; id <= kd_component_count(a); id++) {
         c.b_ids[id] = kd_component_find(b, a->components[id].desc->name);
@@ -116,7 +131,8 @@ uint32_t kd_world_diff(const kd_world *a, const kd_world *b, kd_difference *out,
 }
 
 const char *kd_difference_text(const kd_world *a, const kd_world *b, const kd_difference *d, char *out,
-                               size_t out_size) {
+                               size_t out_size)
+{
     const char *name = *kd_get_name(a, d->entity) ? kd_get_name(a, d->entity) : kd_get_name(b, d->entity);
     const char *in = d->in ? "second" : "first", *component = d->component ? d->component->name : "";
     int n = snprintf(out, out_size, "entity %u.%u%s%s: ", d->entity.index, d->entity.generation,
@@ -133,6 +149,9 @@ const char *kd_difference_text(const kd_world *a, const kd_world *b, const kd_di
         break;
     case KD_DIFFERENCE_VALUE:
         snprintf(at, left, "%s%s%s differs", component, d->field ? "." : "", d->field ? d->field->name : "");
+        break;
+    case KD_DIFFERENCE_ENABLED:
+        snprintf(at, left, "%s disabled only in the %s world", component, in);
         break;
     case KD_DIFFERENCE_NAME:
         snprintf(at, left, "named \"%s\" and \"%s\"", kd_get_name(a, d->entity), kd_get_name(b, d->entity));

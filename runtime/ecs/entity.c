@@ -60,6 +60,8 @@ const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id)
     if (!locate(w, e, &t, &row))
         return NULL;
     uint32_t column = ecs_column_of(t, id);
+    if (!column && ecs_is_sparse(w, id))
+        return ecs_side_find(w, id, ecs_entities(t)[row].index);
     return column ? value_at(w, t, column, row) : NULL;
 }
 
@@ -70,6 +72,12 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
     if (!locate(w, e, &t, &row))
         return NULL;
     uint32_t column = ecs_column_of(t, id);
+    if (!column && ecs_is_sparse(w, id)) {
+        void *value = ecs_side_find(w, id, ecs_entities(t)[row].index);
+        if (value)
+            ecs_side_stamp(w, ecs_side_of(w, id));
+        return value;
+    }
     if (!column)
         return NULL;
     if (column != ECS_TAG_COLUMN)
@@ -146,7 +154,7 @@ static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t
 {
     ecs_archetype *a = w->archetypes[0];
     for (uint32_t i = 0; i < count && a; i++)
-        if (ids[i] >= a->column_limit || !a->column_of[ids[i]])
+        if (!w->components[ids[i]].sparse && (ids[i] >= a->column_limit || !a->column_of[ids[i]]))
             a = ecs_archetype_toggle(w, a, ids[i]);
     return a ? ecs_table_ensure(w, a, depth) : NULL;
 }
@@ -155,11 +163,52 @@ static void write_row(kd_world *w, ecs_table *t, uint32_t row, const kd_componen
                       const void **values, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t column = t->column_of[ids[i]];
-        if (column != ECS_TAG_COLUMN)
+        uint32_t column = ecs_column_of(t, ids[i]);
+        if (column && column != ECS_TAG_COLUMN)
             ecs_write_value(w, ids[i], t->columns[column].data + (size_t)row * t->columns[column].size,
                             values[i]);
     }
+}
+
+/* Room beside the tables for the n entities that will be made next; values that lie there follow. */
+static bool sparse_reserve_one(kd_world *w, kd_component_id id, uint32_t n)
+{
+    uint32_t index = w->free_first;
+    for (uint32_t k = 0; k < n; k++) {
+        bool reuse = k < w->free_count;
+        if (!ecs_side_reserve(w, id, reuse ? index : w->head.entity_limit + (k - w->free_count), n))
+            return false;
+        if (reuse)
+            index = ecs_record_row(w->head.records[index]);
+    }
+    return true;
+}
+
+static bool sparse_reserve(kd_world *w, uint32_t n, const kd_component_id *ids, const void **values,
+                           uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const ecs_side *s = w->components[ids[i]].sparse ? ecs_side_ensure(w, ids[i]) : NULL;
+        uintptr_t base = s ? (uintptr_t)s->values : 0;
+        size_t bytes = s ? (size_t)s->count * w->components[ids[i]].size : 0;
+        if (!w->components[ids[i]].sparse)
+            continue;
+        bool done = s && sparse_reserve_one(w, ids[i], n);
+        for (uint32_t v = 0; v < count && base; v++)
+            if (values[v] && (uintptr_t)values[v] >= base && (uintptr_t)values[v] - base < bytes)
+                values[v] = ecs_side_of(w, ids[i])->values + ((uintptr_t)values[v] - base);
+        if (!done)
+            return false;
+    }
+    return true;
+}
+
+static void sparse_write(kd_world *w, kd_entity e, const kd_component_id *ids, const void **values,
+                         uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (w->components[ids[i]].sparse)
+            ecs_side_set(w, ids[i], e, values[i]);
 }
 
 /* Nodes for a parent and for the entity that will be made next. */
@@ -179,12 +228,15 @@ static kd_entity spawn_ids_at(kd_world *w, const kd_component_id *ids, const voi
                               uint32_t depth)
 {
     ecs_table *t = table_of_ids(w, ids, count, depth);
-    if (!t || !handles_reserve(w, 1) || !reserve_rows(w, t, 1, values, count))
+    if (!t || !handles_reserve(w, 1) || !reserve_rows(w, t, 1, values, count) ||
+        (w->head.sparse_count && !sparse_reserve(w, 1, ids, values, count)))
         return KD_NO_ENTITY;
     kd_entity e = handle_take(w);
     uint32_t row = ecs_table_append(w, t, e, NULL, 0);
     ecs_place(w, e, t, row);
     write_row(w, t, row, ids, values, count);
+    if (w->head.sparse_count)
+        sparse_write(w, e, ids, values, count);
     return e;
 }
 
@@ -246,7 +298,8 @@ static ecs_path *path_make(kd_world *w, ecs_path *p, const kd_value *values, uin
     ecs_table *t = ids_of(w, values, count, p->ids, from) ? table_of_ids(w, p->ids, count, depth) : NULL;
     for (uint32_t i = 0; i < count && t; i++) {
         p->descs[i] = values[i].desc;
-        p->columns[i] = (uint16_t)t->column_of[p->ids[i]];
+        p->columns[i] = (uint16_t)ecs_column_of(t, p->ids[i]);
+        p->sparse |= !p->columns[i];
     }
     p->table = t;
     return t ? p : NULL;
@@ -269,14 +322,15 @@ static kd_entity spawn_on_path(kd_world *w, const ecs_path *p, const kd_value *v
     ecs_table *t = p->table;
     for (uint32_t i = 0; i < p->count; i++)
         from[i] = values[i].value;
-    if (!handles_reserve(w, 1) || !reserve_rows(w, t, 1, from, p->count))
+    if (!handles_reserve(w, 1) || !reserve_rows(w, t, 1, from, p->count) ||
+        (p->sparse && !sparse_reserve(w, 1, p->ids, from, p->count)))
         return KD_NO_ENTITY;
     kd_entity e = handle_take(w);
     uint32_t row = ecs_table_append(w, t, e, NULL, 0);
     ecs_place(w, e, t, row);
     for (uint32_t i = 0; i < p->count; i++) {
-        if (p->columns[i] == ECS_TAG_COLUMN)
-            continue;
+        if (p->columns[i] - 1u >= ECS_TAG_COLUMN - 1)
+            continue; /* a tag, or beside the table */
         const ecs_column *column = &t->columns[p->columns[i]];
         void *to = column->data + (size_t)row * column->size;
         if (from[i])
@@ -284,6 +338,8 @@ static kd_entity spawn_on_path(kd_world *w, const ecs_path *p, const kd_value *v
         else
             ecs_write_value(w, p->ids[i], to, NULL);
     }
+    if (p->sparse)
+        sparse_write(w, e, p->ids, from, p->count);
     return e;
 }
 
@@ -326,6 +382,13 @@ static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uin
             ecs_write_value(w, id, to + (size_t)i * column->size, NULL);
 }
 
+static void fill_sparse(kd_world *w, kd_component_id id, const kd_entity *e, uint32_t n, const void *values)
+{
+    for (uint32_t i = 0; i < n; i++)
+        ecs_side_add(w, id, e[i],
+                     values ? (const uint8_t *)values + (size_t)i * w->components[id].size : NULL);
+}
+
 kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs,
                      const void *const *columns, uint32_t component_count, kd_entity *out)
 {
@@ -340,7 +403,8 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
             return KD_NO_MEMORY;
     }
     ecs_table *t = table_of_ids(w, ids, component_count, 0);
-    if (!t || !handles_reserve(w, n) || !reserve_rows(w, t, n, from, component_count))
+    if (!t || !handles_reserve(w, n) || !reserve_rows(w, t, n, from, component_count) ||
+        (w->head.sparse_count && !sparse_reserve(w, n, ids, from, component_count)))
         return KD_NO_MEMORY;
     if (!n)
         return KD_OK;
@@ -353,8 +417,10 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
     }
     ecs_table_stamp(w, t, first, n);
     for (uint32_t i = 0; i < component_count; i++)
-        if (t->column_of[ids[i]] != ECS_TAG_COLUMN)
+        if (ecs_column_of(t, ids[i]) - 1u < ECS_TAG_COLUMN - 1)
             fill_column(w, ids[i], &t->columns[t->column_of[ids[i]]], first, n, from[i]);
+        else if (w->components[ids[i]].sparse)
+            fill_sparse(w, ids[i], entities + first, n, from[i]);
     if (out)
         memcpy(out, entities + first, n * sizeof *out);
     return KD_OK;
@@ -366,6 +432,8 @@ static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row)
     if (t->depth)
         ecs_hierarchy_unlink(w, e.index, ecs_parents(t)[row].index);
     ecs_name_drop(w, e.index);
+    if (w->side_limit)
+        ecs_sides_drop(w, e.index);
     ecs_table_release_rows(w, t, row, 1);
     ecs_table_remove(w, t, row);
     handle_give(w, e);
@@ -413,6 +481,8 @@ kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *v
         return KD_NO_MEMORY;
     if (!locate(w, e, &t, &row))
         return KD_NOT_FOUND;
+    if (w->components[id].sparse)
+        return ecs_side_set(w, id, ecs_entities(t)[row], value);
     uint32_t column = ecs_column_of(t, id);
     if (column) {
         void *to = value_at(w, t, column, row);
@@ -446,7 +516,11 @@ void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
 {
     ecs_table *t;
     uint32_t row;
-    if (!locate(w, e, &t, &row) || !ecs_column_of(t, id))
+    if (!locate(w, e, &t, &row))
+        return;
+    if (w->components[id].sparse)
+        ecs_side_remove(w, id, ecs_entities(t)[row].index);
+    if (!ecs_column_of(t, id))
         return;
     ecs_structure_changed(w, "kd_remove");
     ecs_archetype *a = ecs_archetype_toggle(w, t->archetype, id);
@@ -455,7 +529,36 @@ void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
         kd_fail(KD_NO_MEMORY, "component %s: cannot be removed, memory is out", w->components[id].desc->name);
         return;
     }
+    ecs_side_disable(w, id, ecs_entities(t)[row].index, false);
     ecs_release_value(w, id, value_at(w, t, ecs_column_of(t, id), row));
     move_row(w, t, row, to);
     ecs_table_remove(w, t, row);
+}
+
+/* ---- enable bits ---- */
+kd_status kd_enable_id(kd_world *w, kd_entity e, kd_component_id id, bool enabled)
+{
+    ecs_table *t;
+    uint32_t row;
+    if (!id)
+        return KD_NO_MEMORY;
+    if (!(w->components[id].desc->flags & KD_COMPONENT_TOGGLE))
+        return kd_fail(KD_UNSUPPORTED, "component %s: has no enable bits; declare it KD_COMPONENT_TOGGLE",
+                       w->components[id].desc->name);
+    if (!kd_find_id(w, e, id) || !locate(w, e, &t, &row))
+        return KD_NOT_FOUND;
+    uint32_t column = ecs_column_of(t, id);
+    if (!ecs_side_disable(w, id, ecs_entities(t)[row].index, !enabled))
+        return KD_NO_MEMORY;
+    if (column && column != ECS_TAG_COLUMN)
+        ecs_column_stamp(w, t, column, row, 1);
+    return KD_OK;
+}
+
+bool kd_is_enabled_id(const kd_world *w, kd_entity e, kd_component_id id)
+{
+    ecs_table *t;
+    uint32_t row;
+    return kd_find_id(w, e, id) && locate(w, e, &t, &row) &&
+           !ecs_side_disabled(ecs_side_of(w, id), ecs_entities(t)[row].index);
 }

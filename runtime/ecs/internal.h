@@ -7,6 +7,8 @@
  *   table.c      archetypes (sets of components) and tables (an archetype at one hierarchy depth; struct of
  * arrays) entity.c     handles, spawn, destroy, values hierarchy.c  parents, ordered children, depth query.c
  * cached lists of matching tables commands.c   changes recorded by workers and merged in a defined order
+ *   sparse.c     values and enable bits kept by entity, beside the tables
+ *   snapshot_*.c diff.c  a world as bytes and as JSON; what makes two worlds different
  *   names.c singleton.c checksum.c reflect.c world.c
  *
  * Invariants
@@ -44,6 +46,8 @@ typedef struct ecs_component {
     uint32_t span_count; /* bytes that count for the checksum: the fields, merged where they touch */
     ecs_span *spans;
     bool has_entities; /* some field is a KD_ENTITY */
+    bool sparse;
+    uint32_t side; /* place + 1 in the world's sides; 0: neither sparse nor with enable bits */
     _Atomic(void *) singleton;
 } ecs_component;
 
@@ -106,6 +110,20 @@ static inline uint32_t ecs_column_of(const ecs_table *t, kd_component_id id)
     return id < t->column_limit ? t->column_of[id] : 0;
 }
 
+/* ---- beside the tables ---- */
+/* What a component keeps by entity: the values of a sparse one, and which are disabled. */
+typedef struct ecs_side {
+    uint32_t **pages; /* by index / ECS_PAGE, NULL where none: place + 1 of the entity's value, 0: it has none */
+    uint32_t page_limit;
+    uint32_t count, entity_capacity, value_capacity;
+    kd_entity *entities; /* by place: in order of adding, the last fills a gap */
+    uint8_t *values;
+    uint64_t *disabled; /* a bit by entity index */
+    uint32_t word_limit, disabled_count;
+    uint64_t version; /* of the newest change to any value */
+} ecs_side;
+#define ECS_PAGE 1024u
+
 /* ---- entities ---- */
 typedef struct ecs_node {
     uint32_t first, last, next, previous; /* entity indices, ECS_NONE where none */
@@ -117,6 +135,7 @@ typedef struct ecs_node {
 typedef struct ecs_path {
     ecs_table *table; /* NULL: empty */
     uint32_t count, depth;
+    bool sparse; /* some value goes beside the table: its column is 0 */
     const kd_component_desc *descs[ECS_PATH_VALUES];
     kd_component_id ids[ECS_PATH_VALUES];
     uint16_t columns[ECS_PATH_VALUES];
@@ -149,6 +168,8 @@ struct kd_query {
     kd_component_id ids[KD_MAX_TERMS];
     bool by_depth;
     bool has_any;
+    uint32_t row_terms;    /* bits of the terms that are asked row by row: sparse, or with enable bits */
+    uint32_t sparse_terms; /* of these, the sparse ones that are accessed */
     ecs_match *matches;
     uint32_t match_count, match_capacity;
     ecs_match *kept_matches; /* while a snapshot is restored: the list of the storage that is put aside */
@@ -200,6 +221,9 @@ struct kd_world {
     uint32_t *name_slots; /* open addressing by hash of text: group + 1 */
     uint32_t name_slot_count, name_slot_used;
 
+    ecs_side *sides; /* by ecs_component.side - 1, as far as they were used */
+    uint32_t side_limit, side_capacity;
+
     kd_query *queries; /* the storage ends here */
 
     _Atomic uint64_t version; /* stamped on write access; raised by kd_world_version */
@@ -209,6 +233,8 @@ struct kd_world {
     pthread_mutex_t lock; /* registration of components, singletons, queries */
     _Atomic uint32_t component_count;
     uint32_t desc_slots_used;
+    uint32_t side_count; /* components that have a side */
+    kd_component_id side_ids[ECS_MAX_COMPONENTS];
     ecs_component components[ECS_MAX_COMPONENTS + 1];
 
     _Atomic size_t bytes;
@@ -285,6 +311,40 @@ static inline void ecs_structure_changed(kd_world *w, const char *call)
     w->structure++;
     w->last_change = call;
 }
+
+/* sparse.c */
+ecs_side *ecs_side_ensure(kd_world *w, kd_component_id id); /* NULL when out */
+static inline bool ecs_is_sparse(const kd_world *w, kd_component_id id)
+{
+    return w->head.sparse_count && id <= ECS_MAX_COMPONENTS && w->components[id].sparse;
+}
+static inline ecs_side *ecs_side_of(const kd_world *w, kd_component_id id)
+{
+    uint32_t side = w->components[id].side;
+    return side && side <= w->side_limit ? &w->sides[side - 1] : NULL;
+}
+/** Place of the entity's value, ECS_NONE when it has none. */
+static inline uint32_t ecs_side_place(const ecs_side *s, uint32_t index)
+{
+    const uint32_t *page = s && index / ECS_PAGE < s->page_limit ? s->pages[index / ECS_PAGE] : NULL;
+    return page ? page[index % ECS_PAGE] - 1 : ECS_NONE;
+}
+static inline bool ecs_side_disabled(const ecs_side *s, uint32_t index)
+{
+    return s && index / 64 < s->word_limit && s->disabled[index / 64] >> index % 64 & 1;
+}
+/** Value of a sparse component, NULL when the entity lacks it. */
+void *ecs_side_find(const kd_world *w, kd_component_id id, uint32_t index);
+/** Make room for n more values, and for entity `index` among them. */
+bool ecs_side_reserve(kd_world *w, kd_component_id id, uint32_t index, uint32_t n);
+/** Add a value (NULL: the default) for an entity that lacks it; room was reserved. `value` may not lie in the side. */
+void ecs_side_add(kd_world *w, kd_component_id id, kd_entity e, const void *value);
+kd_status ecs_side_set(kd_world *w, kd_component_id id, kd_entity e, const void *value);
+void ecs_side_remove(kd_world *w, kd_component_id id, uint32_t index); /* runs on_remove */
+void ecs_side_stamp(kd_world *w, ecs_side *s);
+bool ecs_side_disable(kd_world *w, kd_component_id id, uint32_t index, bool disabled); /* false when out */
+void ecs_sides_drop(kd_world *w, uint32_t index); /* everything the entity has beside the tables */
+void ecs_sides_fini(kd_world *w);
 
 /* hierarchy.c */
 bool ecs_hierarchy_reserve(kd_world *w, uint32_t index);

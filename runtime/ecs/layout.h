@@ -69,6 +69,7 @@ typedef struct ecs_world_head {
     ecs_record *records;
     uint32_t entity_limit; /* indices ever given */
     uint32_t table_count;
+    uint32_t sparse_count; /* components that are kept beside the tables */
     ecs_table **tables;
     const kd_component_desc *desc_keys[ECS_DESC_SLOTS]; /* written once each, read without a lock */
     uint16_t desc_ids[ECS_DESC_SLOTS];

@@ -25,6 +25,11 @@ static bool table_matches(const kd_query *q, const ecs_table *t)
 {
     bool any = !q->has_any;
     for (uint32_t i = 0; i < q->term_count; i++) {
+        const ecs_component *c = &q->world->components[q->ids[i]];
+        if (c->sparse || (c->side && q->kinds[i] == KD_TERM_WITHOUT)) { /* its rows will be asked */
+            any |= q->kinds[i] == KD_TERM_ANY;
+            continue;
+        }
         bool here = ecs_column_of(t, q->ids[i]) != 0;
         switch (q->kinds[i]) {
         case KD_TERM_READ:
@@ -95,6 +100,9 @@ static bool fill_terms(kd_world *w, kd_query *q, const kd_query_desc *desc)
         q->term_count = i + 1;
         if (!q->ids[i])
             return false;
+        const ecs_component *c = &w->components[q->ids[i]];
+        q->row_terms |= (uint32_t)(c->side != 0) << i;
+        q->sparse_terms |= (uint32_t)(c->sparse && accessed(q->kinds[i])) << i;
     }
     return true;
 }
@@ -177,6 +185,11 @@ void ecs_queries_fini(kd_world *w)
 uint32_t kd_query_count(kd_query *q)
 {
     uint32_t count = 0;
+    if (q->row_terms) {
+        for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);)
+            count += it.count;
+        return count;
+    }
     for (uint32_t i = 0; i < q->match_count; i++)
         count += q->matches[i].table->count;
     return count;
@@ -241,11 +254,26 @@ static bool word_changed(const kd_query *q, const ecs_match *m, uint32_t word, u
     return none && __atomic_load_n(&ecs_versions(m->table, 0)[word], __ATOMIC_RELAXED) > since;
 }
 
-/* Show the next run of changed chunks of the table, from row next_row on. */
-static bool next_changed_run(kd_iter *it, const ecs_match *m)
+static bool sparse_changed(const kd_query *q, uint64_t since)
+{
+    for (uint32_t i = 0; i < q->term_count; i++) {
+        ecs_side *s = q->sparse_terms >> i & 1 ? ecs_side_of(q->world, q->ids[i]) : NULL;
+        if (s && __atomic_load_n(&s->version, __ATOMIC_RELAXED) > since)
+            return true;
+    }
+    return false;
+}
+
+/* The next run of changed chunks of the table, from row next_row on. */
+static bool next_changed_run(const kd_iter *it, const ecs_match *m, uint32_t *begin, uint32_t *until)
 {
     const kd_query *q = it->query;
     uint32_t count = m->table->count, chunks = (count + ECS_CHUNK_ROWS - 1) / ECS_CHUNK_ROWS;
+    if (sparse_changed(q, it->changed_since)) {
+        *begin = it->next_row;
+        *until = count;
+        return true;
+    }
     if (!word_changed(q, m, 0, it->changed_since))
         return false;
     uint32_t first = it->next_row / ECS_CHUNK_ROWS;
@@ -256,8 +284,125 @@ static bool next_changed_run(kd_iter *it, const ecs_match *m)
     uint32_t end = first + 1;
     while (end < chunks && word_changed(q, m, 1 + end, it->changed_since))
         end++;
-    show_rows(it, m, first * ECS_CHUNK_ROWS, end == chunks ? count : end * ECS_CHUNK_ROWS);
+    *begin = first * ECS_CHUNK_ROWS > it->next_row ? first * ECS_CHUNK_ROWS : it->next_row;
+    *until = end == chunks ? count : end * ECS_CHUNK_ROWS;
     return true;
+}
+
+/* ---- rows that are asked one by one ---- */
+/* Is the term's component there and enabled? *place: where the value of a sparse one lies. */
+static bool term_present(const kd_query *q, const ecs_table *t, uint32_t term, uint32_t index,
+                         uint32_t *place)
+{
+    kd_component_id id = q->ids[term];
+    const ecs_side *s = ecs_side_of(q->world, id);
+    *place = ECS_NONE;
+    if (!q->world->components[id].sparse)
+        return ecs_column_of(t, id) && !ecs_side_disabled(s, index);
+    *place = ecs_side_place(s, index);
+    return *place != ECS_NONE && !ecs_side_disabled(s, index);
+}
+
+/* Does the row match, and which terms does it have (bits, of the row terms alone)? */
+static bool row_matches(const kd_query *q, const ecs_table *t, uint32_t row, uint32_t *present,
+                        uint32_t *places)
+{
+    uint32_t index = ecs_entities(t)[row].index;
+    bool any = !q->has_any;
+    *present = 0;
+    for (uint32_t i = 0; i < q->term_count; i++) {
+        if (!(q->row_terms >> i & 1)) {
+            any |= q->kinds[i] == KD_TERM_ANY && ecs_column_of(t, q->ids[i]);
+            continue;
+        }
+        bool here = term_present(q, t, i, index, &places[i]);
+        uint8_t kind = q->kinds[i];
+        if (here ? kind == KD_TERM_WITHOUT
+                 : kind == KD_TERM_READ || kind == KD_TERM_WRITE || kind == KD_TERM_WITH)
+            return false;
+        any |= here && kind == KD_TERM_ANY;
+        *present |= (uint32_t)here << i;
+    }
+    return any;
+}
+
+/* Do the sparse values of this row lie `ahead` places behind those at `first`? */
+static bool places_follow(const kd_query *q, uint32_t present, const uint32_t *first, const uint32_t *places,
+                          uint32_t ahead)
+{
+    for (uint32_t i = 0; i < q->term_count; i++)
+        if (q->sparse_terms & present & 1u << i && places[i] != first[i] + ahead &&
+            q->world->components[q->ids[i]].size)
+            return false;
+    return true;
+}
+
+/* The columns of terms that hold for this run only. */
+static void show_row_terms(kd_iter *it, uint32_t present, const uint32_t *places)
+{
+    const kd_query *q = it->query;
+    for (uint32_t i = 0; i < q->term_count; i++) {
+        if (!(q->row_terms >> i & 1))
+            continue;
+        if (!(present >> i & 1)) {
+            it->columns[i] = NULL;
+        } else if (q->sparse_terms >> i & 1) {
+            uint32_t size = q->world->components[q->ids[i]].size;
+            it->columns[i] = size ? ecs_side_of(q->world, q->ids[i])->values + (size_t)places[i] * size
+                                  : (void *)q->world->tag_value;
+        }
+    }
+}
+
+/* Show the first run of matching rows in [begin, end) that agree in their row terms. */
+static bool next_row_run(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end)
+{
+    const kd_query *q = it->query;
+    uint32_t present, first[KD_MAX_TERMS] = {0}, other, places[KD_MAX_TERMS] = {0};
+    while (begin < end && !row_matches(q, m->table, begin, &present, first))
+        begin++;
+    if (begin >= end)
+        return false;
+    uint32_t until = begin + 1;
+    while (until < end && row_matches(q, m->table, until, &other, places) && other == present &&
+           places_follow(q, present, first, places, until - begin))
+        until++;
+    show_rows(it, m, begin, until);
+    show_row_terms(it, present, first);
+    return true;
+}
+
+/* Some required sparse component has no value at all: nothing can match. */
+static bool nothing_there(const kd_query *q)
+{
+    for (uint32_t i = 0; i < q->term_count; i++) {
+        uint8_t kind = q->kinds[i];
+        const ecs_side *s = ecs_side_of(q->world, q->ids[i]);
+        if (q->world->components[q->ids[i]].sparse && (!s || !s->count) &&
+            (kind == KD_TERM_READ || kind == KD_TERM_WRITE || kind == KD_TERM_WITH))
+            return true;
+    }
+    return false;
+}
+
+/* Show the next rows of the table that are to be seen, as far as changes or row terms narrow them. */
+static bool next_narrowed(kd_iter *it, const ecs_match *m)
+{
+    const kd_query *q = it->query;
+    uint32_t begin = it->next_row, end = m->table->count;
+    while (begin < end) {
+        if (it->changed_since && !next_changed_run(it, m, &begin, &end))
+            return false;
+        if (!q->row_terms) {
+            show_rows(it, m, begin, end);
+            return true;
+        }
+        if (next_row_run(it, m, begin, end))
+            return true;
+        it->next_row = begin = end;
+        end = m->table->count;
+    }
+    return false;
 }
 
 bool kd_iter_next(kd_iter *it)
@@ -265,13 +410,15 @@ bool kd_iter_next(kd_iter *it)
     const kd_query *q = it->query;
     if (!still_valid(it))
         return false;
+    if (q->row_terms && nothing_there(q))
+        it->next_table = q->match_count;
     for (; it->next_table < q->match_count; it->next_table++, it->next_row = 0) {
         const ecs_match *m = &q->matches[it->next_table];
         uint32_t count = m->table->count;
         if (it->next_row >= count)
             continue;
-        if (it->changed_since) {
-            if (!next_changed_run(it, m))
+        if (it->changed_since || q->row_terms) {
+            if (!next_narrowed(it, m))
                 continue;
             return true;
         }
@@ -324,6 +471,8 @@ void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)
     (void)size;
     const ecs_match *m = it->internal[0];
     uint32_t c = m->columns[index];
+    if (q->sparse_terms >> index & 1 && it->columns[index])
+        ecs_side_stamp(q->world, ecs_side_of(q->world, q->ids[index]));
     if (c && c != ECS_TAG_COLUMN &&
         !stamped_already(q->world, m->table, c, it->next_row - it->count, it->count))
         ecs_column_stamp(q->world, m->table, c, it->next_row - it->count, it->count);

@@ -11,7 +11,11 @@
  *     }
  *
  * A column is always an array of it.count values (or NULL for an absent optional term). Iteration order:
- * tables in order of creation, rows in order; by hierarchy depth first when the query asks for it. */
+ * tables in order of creation, rows in order; by hierarchy depth first when the query asks for it.
+ *
+ * Terms of sparse components and of components with enable bits are asked row by row: a chunk is then a run
+ * of rows that agree (and whose sparse values lie one behind the other). Queries without such terms pay
+ * nothing. Changes of a sparse component are seen for the component as a whole. */
 
 #include "runtime/ecs/world.h"
 

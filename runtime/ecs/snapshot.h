@@ -57,6 +57,7 @@ typedef enum kd_difference_kind {
     KD_DIFFERENCE_ENTITY,    /* only one of the worlds has it: `in` says which, 0 or 1 */
     KD_DIFFERENCE_COMPONENT, /* the entity has it in one world only */
     KD_DIFFERENCE_VALUE,     /* `field` is the first that differs, NULL when none is described */
+    KD_DIFFERENCE_ENABLED,   /* it is disabled in one of them: `in` says in which */
     KD_DIFFERENCE_NAME,
     KD_DIFFERENCE_PARENT,
     KD_DIFFERENCE_SIBLING, /* the same parent, but another sibling follows */

@@ -1,13 +1,18 @@
 #ifndef KD_ECS_SNAPSHOT_FORMAT_H
 #define KD_ECS_SNAPSHOT_FORMAT_H
 
-/* The bytes of a snapshot, shared by writer and reader. Every record begins at a multiple of 8; what is
- * shorter is filled up with zeros. In order: snapshot_header component_count × snapshot_component, name
- * ascending by name table_count × snapshot_table, u32 components[], kd_entity entities[], parents[] when
- * depth > 0, columns[] free_count × kd_entity      index and next generation, the one given next first
- *   resting × kd_entity         indices never given again, generation 0; entity_limit - alive_count -
- * free_count child_count × u32           all children; those of one parent in their order name_count ×
- * snapshot_name, text, u32 indices[] singleton_count × snapshot_singleton, value */
+/* The bytes of a snapshot, shared by writer and reader. Every record begins at a multiple of 8; what is shorter
+ * is filled up with zeros. In order:
+ *
+ *   snapshot_header
+ *   component_count × snapshot_component, name      ascending by name
+ *   table_count × snapshot_table, u32 components[], kd_entity entities[], parents[] when depth > 0, columns[]
+ *   free_count × kd_entity     index and next generation, the one given next first
+ *   resting × kd_entity        indices never given again, generation 0: entity_limit - alive_count - free_count
+ *   child_count × u32          all children; those of one parent in their order
+ *   name_count × snapshot_name, text, u32 indices[]
+ *   singleton_count × snapshot_singleton, value
+ *   side_count × snapshot_side, kd_entity entities[], values[], u32 disabled[]      by component */
 
 #include <stdint.h>
 
@@ -25,8 +30,9 @@ typedef struct snapshot_header {
     /* ---- 32 */
     uint32_t component_count, table_count, entity_limit, alive_count;
     uint32_t free_count, child_count, name_count, singleton_count;
+    uint32_t side_count, unused;
 } snapshot_header;
-_Static_assert(sizeof(snapshot_header) == 64, "the header is written as it lies");
+_Static_assert(sizeof(snapshot_header) == 72, "the header is written as it lies");
 
 typedef struct snapshot_component {
     uint32_t size, name_size; /* bytes; the name's without a zero */
@@ -45,7 +51,13 @@ typedef struct snapshot_singleton {
     uint32_t component, size;
 } snapshot_singleton;
 
-/** Hash what the fields are called and how they lie; enumerations also by their words. */
+/* What a component keeps beside the tables: the values of a sparse one in their order, and who is disabled. */
+typedef struct snapshot_side {
+    uint32_t component, value_count, disabled_count, unused;
+} snapshot_side;
+
+/** Hash what the fields are called and how they lie; enumerations also by their words; and how the
+ *  component is stored. */
 uint64_t snapshot_field_hash(const kd_component_desc *desc);
 
 #endif

@@ -7,7 +7,8 @@
 #include "runtime/ecs/reflect.h"
 #include "runtime/ecs/snapshot.h"
 
-static void write_entity(kd_json *j, kd_entity e) {
+static void write_entity(kd_json *j, kd_entity e)
+{
     if (!e.generation) {
         kd_json_null(j);
         return;
@@ -19,7 +20,8 @@ static void write_entity(kd_json *j, kd_entity e) {
 }
 
 /* The shortest decimals that read back as the same float: 0.1, not 0.10000000149. */
-static double short_float(float value) {
+static double short_float(float value)
+{
     char text[32];
     for (int digits = 1; digits <= 9; digits++) {
         snprintf(text, sizeof text, "%.*g", digits, (double)value);
@@ -29,7 +31,8 @@ static double short_float(float value) {
     return (double)value; /* not a number */
 }
 
-static void write_number(kd_json *j, const kd_field_ref *ref, double number) {
+static void write_number(kd_json *j, const kd_field_ref *ref, double number)
+{
     switch (ref->type) {
     case KD_BOOL:
         kd_json_bool(j, number != 0);
@@ -44,7 +47,8 @@ static void write_number(kd_json *j, const kd_field_ref *ref, double number) {
 }
 
 /* A word of an enumeration, or its number when it has no word. */
-static void write_word(kd_json *j, const kd_field *f, uint32_t value) {
+static void write_word(kd_json *j, const kd_field *f, uint32_t value)
+{
     for (uint32_t i = 0; f->enum_names && f->enum_names[i]; i++)
         if (i == value) {
             kd_json_string(j, f->enum_names[i]);
@@ -53,7 +57,8 @@ static void write_word(kd_json *j, const kd_field *f, uint32_t value) {
     kd_json_uint(j, value);
 }
 
-static void write_text(kd_json *j, const uint8_t *at, uint32_t size) {
+static void write_text(kd_json *j, const uint8_t *at, uint32_t size)
+{
     char *text = malloc((size_t)size + 1);
     if (text) {
         memcpy(text, at, size);
@@ -63,7 +68,8 @@ static void write_text(kd_json *j, const uint8_t *at, uint32_t size) {
     free(text);
 }
 
-static void write_element(kd_json *j, const kd_field_ref *ref, const uint8_t *value, uint32_t size) {
+static void write_element(kd_json *j, const kd_field_ref *ref, const uint8_t *value, uint32_t size)
+{
     double numbers[16] = {0};
     kd_entity e;
     uint32_t word;
@@ -93,7 +99,8 @@ static void write_element(kd_json *j, const kd_field_ref *ref, const uint8_t *va
     kd_json_array_end(j);
 }
 
-static void write_field(kd_json *j, const kd_component_desc *desc, const kd_field *f, const uint8_t *value) {
+static void write_field(kd_json *j, const kd_component_desc *desc, const kd_field *f, const uint8_t *value)
+{
     uint32_t elements = f->count ? f->count : 1, size = f->size / elements;
     kd_field_ref ref = {
         .desc = desc, .field = f, .type = f->type, .elements = 1, .numbers = kd_field_type_numbers(f->type)};
@@ -108,7 +115,8 @@ static void write_field(kd_json *j, const kd_component_desc *desc, const kd_fiel
         kd_json_array_end(j);
 }
 
-static void write_value(kd_json *j, const kd_component_desc *desc, const void *value) {
+static void write_value(kd_json *j, const kd_component_desc *desc, const void *value)
+{
     kd_json_key(j, desc->name);
     if (!desc->size) {
         kd_json_bool(j, true); /* a tag */
@@ -124,7 +132,8 @@ static void write_value(kd_json *j, const kd_component_desc *desc, const void *v
     kd_json_object_end(j);
 }
 
-static void write_row(const kd_world *w, kd_json *j, const ecs_table *t, uint32_t row) {
+static void write_row(const kd_world *w, kd_json *j, const ecs_table *t, uint32_t row)
+{
     kd_entity e = ecs_entities(t)[row];
     const char *name = kd_get_name(w, e);
     kd_json_object_begin(j);
@@ -149,7 +158,8 @@ static void write_row(const kd_world *w, kd_json *j, const ecs_table *t, uint32_
     kd_json_object_end(j);
 }
 
-void kd_world_write_json(const kd_world *w, kd_json *j) {
+void kd_world_write_json(const kd_world *w, kd_json *j)
+{
     kd_json_object_begin(j);
     kd_json_key(j, "entities");
     kd_json_array_begin(j);

@@ -35,12 +35,14 @@ typedef struct reader {
     const uint8_t *singletons;
 } reader;
 
-static kd_status damaged(const reader *in, const char *what) {
+static kd_status damaged(const reader *in, const char *what)
+{
     return kd_fail(KD_BAD_FORMAT, "%s: %s (at byte %zu); take another snapshot", in->name, what, in->at);
 }
 
 /* ---- putting aside ---- */
-static void swap_bytes(void *a, void *b, size_t size) {
+static void swap_bytes(void *a, void *b, size_t size)
+{
     uint8_t *x = a, *y = b;
     for (size_t i = 0; i < size; i++) {
         uint8_t byte = x[i];
@@ -50,7 +52,8 @@ static void swap_bytes(void *a, void *b, size_t size) {
 }
 
 /* Exchange the world's storage with `other`; the queries' lists of matches go with it. */
-static void swap_storage(kd_world *w, storage *other) {
+static void swap_storage(kd_world *w, storage *other)
+{
     storage now = {w->head.records, w->head.entity_limit, w->head.table_count, w->head.tables, {0}};
     w->head.records = other->records;
     w->head.entity_limit = other->entity_limit;
@@ -70,8 +73,10 @@ static void swap_storage(kd_world *w, storage *other) {
 }
 
 /* Release the storage that the world has now, hooks and all, and leave it with `next`. */
-static void drop_storage(kd_world *w, storage *next) {
+static void drop_storage(kd_world *w, storage *next)
+{
     ecs_tables_fini(w);
+    ecs_sides_fini(w);
     ecs_names_fini(w);
     ecs_free(w, w->head.records);
     ecs_free(w, w->nodes);
@@ -85,7 +90,8 @@ static void drop_storage(kd_world *w, storage *next) {
 
 /* ---- reading ---- */
 /* The next `size` bytes and their filling, NULL when there are fewer. */
-static const void *take(reader *in, uint64_t size) {
+static const void *take(reader *in, uint64_t size)
+{
     uint64_t padded = (size + 7) & ~(uint64_t)7;
     if (padded > in->size - in->at)
         return NULL;
@@ -94,26 +100,30 @@ static const void *take(reader *in, uint64_t size) {
     return bytes;
 }
 
-static bool take_record(reader *in, void *record, size_t size) {
+static bool take_record(reader *in, void *record, size_t size)
+{
     const void *bytes = take(in, size);
     if (bytes)
         memcpy(record, bytes, size);
     return bytes != NULL;
 }
 
-static uint32_t u32_at(const void *list, uint32_t i) {
+static uint32_t u32_at(const void *list, uint32_t i)
+{
     uint32_t value;
     memcpy(&value, (const uint8_t *)list + (size_t)i * sizeof value, sizeof value);
     return value;
 }
 
-static kd_entity entity_at(const void *list, uint32_t i) {
+static kd_entity entity_at(const void *list, uint32_t i)
+{
     kd_entity e;
     memcpy(&e, (const uint8_t *)list + (size_t)i * sizeof e, sizeof e);
     return e;
 }
 
-static kd_status read_header(reader *in) {
+static kd_status read_header(reader *in)
+{
     snapshot_header *h = &in->header;
     if (in->size < sizeof h->magic || memcmp(in->data, SNAPSHOT_MAGIC, sizeof h->magic) != 0)
         return kd_fail(KD_BAD_FORMAT,
@@ -142,7 +152,8 @@ static kd_status read_header(reader *in) {
     return KD_OK;
 }
 
-static kd_status read_component(reader *in, uint32_t place) {
+static kd_status read_component(reader *in, uint32_t place)
+{
     snapshot_component record;
     char name[256];
     const void *text = take_record(in, &record, sizeof record) ? take(in, record.name_size) : NULL;
@@ -170,7 +181,8 @@ static kd_status read_component(reader *in, uint32_t place) {
 }
 
 /* ---- values ---- */
-static bool element_is_sane(const kd_field *f, const uint8_t *at, uint32_t size) {
+static bool element_is_sane(const kd_field *f, const uint8_t *at, uint32_t size)
+{
     uint32_t value;
     switch (f->type) {
     case KD_BOOL:
@@ -189,7 +201,8 @@ static bool element_is_sane(const kd_field *f, const uint8_t *at, uint32_t size)
 }
 
 /* What a program may use as an index or a text without asking: bools, words of enumerations, strings. */
-static bool values_are_sane(const kd_component_desc *desc, const uint8_t *values, uint32_t count) {
+static bool values_are_sane(const kd_component_desc *desc, const uint8_t *values, uint32_t count)
+{
     for (uint32_t i = 0; i < desc->field_count; i++) {
         const kd_field *f = &desc->fields[i];
         uint32_t elements = f->count ? f->count : 1, size = f->size / elements;
@@ -205,12 +218,14 @@ static bool values_are_sane(const kd_component_desc *desc, const uint8_t *values
 }
 
 /* ---- building ---- */
-static kd_status no_memory(const reader *in) {
+static kd_status no_memory(const reader *in)
+{
     return kd_fail(KD_NO_MEMORY, "%s: no memory to restore %u entities", in->name, in->header.alive_count);
 }
 
 static kd_status place_entities(reader *in, ecs_table *t, uint32_t first, const void *entities,
-                                uint32_t count) {
+                                uint32_t count)
+{
     kd_world *w = in->w;
     for (uint32_t i = 0; i < count; i++) {
         kd_entity e = entity_at(entities, i);
@@ -225,7 +240,8 @@ static kd_status place_entities(reader *in, ecs_table *t, uint32_t first, const 
 }
 
 static kd_status read_columns(reader *in, ecs_table *t, uint32_t first, const void *places,
-                              const snapshot_table *record) {
+                              const snapshot_table *record)
+{
     for (uint32_t i = 0; i < record->component_count; i++) {
         kd_component_id id = in->ids[u32_at(places, i)];
         const kd_component_desc *desc = in->w->components[id].desc;
@@ -246,14 +262,16 @@ static kd_status read_columns(reader *in, ecs_table *t, uint32_t first, const vo
     return KD_OK;
 }
 
-static ecs_table *table_of(reader *in, const void *places, const snapshot_table *record) {
+static ecs_table *table_of(reader *in, const void *places, const snapshot_table *record)
+{
     ecs_archetype *a = in->w->archetypes[0];
     for (uint32_t i = 0; i < record->component_count && a; i++)
         a = ecs_archetype_toggle(in->w, a, in->ids[u32_at(places, i)]);
     return a ? ecs_table_ensure(in->w, a, record->depth) : NULL;
 }
 
-static kd_status read_table(reader *in) {
+static kd_status read_table(reader *in)
+{
     snapshot_table record;
     if (!take_record(in, &record, sizeof record))
         return damaged(in, "a table is cut off");
@@ -289,7 +307,8 @@ static kd_status read_table(reader *in) {
     return KD_OK;
 }
 
-static kd_status read_free(reader *in) {
+static kd_status read_free(reader *in)
+{
     kd_world *w = in->w;
     const snapshot_header *h = &in->header;
     uint32_t resting = h->entity_limit - h->alive_count - h->free_count;
@@ -314,7 +333,8 @@ static kd_status read_free(reader *in) {
 
 /* Every row below the roots has a living parent one level up. Returns the number of such rows in *children.
  */
-static kd_status check_parents(reader *in, uint32_t *children) {
+static kd_status check_parents(reader *in, uint32_t *children)
+{
     const kd_world *w = in->w;
     *children = 0;
     for (uint32_t i = 0; i < w->head.table_count; i++) {
@@ -329,7 +349,8 @@ static kd_status check_parents(reader *in, uint32_t *children) {
     return KD_OK;
 }
 
-static kd_status read_children(reader *in) {
+static kd_status read_children(reader *in)
+{
     kd_world *w = in->w;
     uint32_t count = in->header.child_count, expected;
     const void *list = take(in, (uint64_t)count * sizeof(uint32_t));
@@ -354,7 +375,8 @@ static kd_status read_children(reader *in) {
     return KD_OK;
 }
 
-static kd_status read_name(reader *in) {
+static kd_status read_name(reader *in)
+{
     snapshot_name record;
     const char *text = take_record(in, &record, sizeof record) ? take(in, record.text_size) : NULL;
     const void *list = text ? take(in, (uint64_t)record.entity_count * sizeof(uint32_t)) : NULL;
@@ -380,7 +402,8 @@ static kd_status read_name(reader *in) {
     return status;
 }
 
-static kd_status check_singletons(reader *in) {
+static kd_status check_singletons(reader *in)
+{
     in->singletons = in->data + in->at;
     for (uint32_t i = 0, last = 0; i < in->header.singleton_count; i++) {
         snapshot_singleton record;
@@ -395,11 +418,69 @@ static kd_status check_singletons(reader *in) {
             return damaged(in, "a singleton is impossible");
         last = record.component;
     }
-    return in->at == in->size ? KD_OK : damaged(in, "more bytes than belong to the snapshot");
+    return KD_OK;
+}
+
+/* ---- beside the tables ---- */
+static kd_status read_disabled(reader *in, kd_component_id id, uint32_t count)
+{
+    kd_world *w = in->w;
+    const void *list = take(in, (uint64_t)count * sizeof(uint32_t));
+    if (!list)
+        return damaged(in, "enable bits are cut off");
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t index = u32_at(list, i);
+        ecs_record r = index < w->head.entity_limit ? w->head.records[index] : 0;
+        if (!ecs_record_generation(r) || (i && index <= u32_at(list, i - 1)) ||
+            !kd_find_id(w, ecs_handle_at(w, index), id))
+            return damaged(in, "an enable bit is impossible");
+        if (!ecs_side_disable(w, id, index, true))
+            return no_memory(in);
+    }
+    return KD_OK;
+}
+
+static kd_status read_values(reader *in, kd_component_id id, uint32_t count)
+{
+    kd_world *w = in->w;
+    const ecs_component *c = &w->components[id];
+    const void *entities = take(in, (uint64_t)count * sizeof(kd_entity));
+    const uint8_t *values = entities ? take(in, (uint64_t)count * c->size) : NULL;
+    if (!values)
+        return damaged(in, "sparse values are cut off");
+    if (c->size && !values_are_sane(c->desc, values, count))
+        return damaged(in, "a string without end, or a bool or word of an enumeration that is none");
+    for (uint32_t i = 0; i < count; i++) {
+        kd_entity e = entity_at(entities, i);
+        if (e.index >= w->head.entity_limit || !e.generation ||
+            ecs_record_generation(w->head.records[e.index]) != e.generation || ecs_side_find(w, id, e.index))
+            return damaged(in, "a sparse value belongs to no entity");
+        if (ecs_side_set(w, id, e, values + (size_t)i * c->size))
+            return no_memory(in);
+    }
+    return KD_OK;
+}
+
+static kd_status read_side(reader *in, uint32_t *last)
+{
+    snapshot_side record;
+    if (!take_record(in, &record, sizeof record))
+        return damaged(in, "sparse values are cut off");
+    if (record.component >= in->header.component_count || (*last != ECS_NONE && record.component <= *last))
+        return damaged(in, "sparse values of an impossible component");
+    *last = record.component;
+    kd_component_id id = in->ids[record.component];
+    const ecs_component *c = &in->w->components[id];
+    if ((record.value_count && (!c->sparse || c->desc->on_remove)) ||
+        (record.disabled_count && !(c->desc->flags & KD_COMPONENT_TOGGLE)))
+        return damaged(in, "sparse values or enable bits of a component that has none");
+    kd_status status = read_values(in, id, record.value_count);
+    return status ? status : read_disabled(in, id, record.disabled_count);
 }
 
 /* Go over the checked singletons: make room for each, or write them when nothing can fail any more. */
-static kd_status walk_singletons(const reader *in, bool write) {
+static kd_status walk_singletons(const reader *in, bool write)
+{
     const uint8_t *at = in->singletons;
     for (uint32_t i = 0; i < in->header.singleton_count; i++) {
         snapshot_singleton record;
@@ -415,7 +496,8 @@ static kd_status walk_singletons(const reader *in, bool write) {
     return KD_OK;
 }
 
-static kd_status build(reader *in) {
+static kd_status build(reader *in)
+{
     kd_world *w = in->w;
     const snapshot_header *h = &in->header;
     /* Every index has at least eight bytes further on: hostile counts cannot ask for more memory than that.
@@ -441,10 +523,15 @@ static kd_status build(reader *in) {
         status = read_name(in);
     if (!status)
         status = check_singletons(in);
+    for (uint32_t i = 0, last = ECS_NONE; i < h->side_count && !status; i++)
+        status = read_side(in, &last);
+    if (!status && in->at != in->size)
+        status = damaged(in, "more bytes than belong to the snapshot");
     return status ? status : walk_singletons(in, false);
 }
 
-static kd_status restore(kd_world *w, const void *data, size_t size, const char *name) {
+static kd_status restore(kd_world *w, const void *data, size_t size, const char *name)
+{
     reader in = {.w = w, .name = name, .data = data, .size = size};
     if (kd_world_has_commands(w))
         return kd_fail(KD_UNSUPPORTED, "%s: commands wait to be applied; call kd_world_merge first", name);
@@ -468,11 +555,13 @@ static kd_status restore(kd_world *w, const void *data, size_t size, const char 
     return KD_OK;
 }
 
-kd_status kd_snapshot_restore(kd_world *w, const void *data, size_t size) {
+kd_status kd_snapshot_restore(kd_world *w, const void *data, size_t size)
+{
     return restore(w, data, size, "snapshot");
 }
 
-kd_status kd_snapshot_load(kd_world *w, const char *path) {
+kd_status kd_snapshot_load(kd_world *w, const char *path)
+{
     void *data;
     size_t size;
     kd_status status = kd_file_read(path, KD_FILE_NO_LIMIT, &data, &size);

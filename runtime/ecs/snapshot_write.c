@@ -21,7 +21,8 @@ typedef struct writer {
     snapshot_header header;
 } writer;
 
-uint64_t snapshot_field_hash(const kd_component_desc *desc) {
+uint64_t snapshot_field_hash(const kd_component_desc *desc)
+{
     XXH3_state_t state;
     XXH3_64bits_reset(&state);
     for (uint32_t i = 0; i < desc->field_count; i++) {
@@ -32,11 +33,14 @@ uint64_t snapshot_field_hash(const kd_component_desc *desc) {
         for (const char *const *word = f->enum_names; word && *word; word++)
             XXH3_64bits_update(&state, *word, strlen(*word) + 1);
     }
+    uint32_t stored = desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE);
+    XXH3_64bits_update(&state, &stored, sizeof stored);
     return XXH3_64bits_digest(&state);
 }
 
 /* ---- emitting ---- */
-static void emit(writer *out, const void *bytes, size_t size) {
+static void emit(writer *out, const void *bytes, size_t size)
+{
     size_t padded = (size + 7) & ~(size_t)7;
     if (out->data) {
         if (size)
@@ -47,18 +51,21 @@ static void emit(writer *out, const void *bytes, size_t size) {
 }
 
 /* Indices come one by one, in a list that is filled up only at its end. */
-static void emit_index(writer *out, uint32_t index) {
+static void emit_index(writer *out, uint32_t index)
+{
     if (out->data)
         memcpy(out->data + out->at, &index, sizeof index);
     out->at += sizeof index;
 }
 
-static void end_indices(writer *out) {
+static void end_indices(writer *out)
+{
     if (out->at % 8)
         emit_index(out, 0);
 }
 
-static void emit_components(writer *out) {
+static void emit_components(writer *out)
+{
     for (uint32_t i = 0; i < out->component_count; i++) {
         const kd_component_desc *desc = out->w->components[out->ids[i]].desc;
         snapshot_component record = {desc->size, (uint32_t)strlen(desc->name), snapshot_field_hash(desc)};
@@ -67,7 +74,8 @@ static void emit_components(writer *out) {
     }
 }
 
-static void emit_table(writer *out, const ecs_table *t) {
+static void emit_table(writer *out, const ecs_table *t)
+{
     uint32_t places[ECS_MAX_COMPONENTS], count = 0;
     for (uint32_t i = 0; i < t->archetype->id_count; i++) {
         uint32_t place = out->places[t->archetype->ids[i]], at = count;
@@ -91,7 +99,8 @@ static void emit_table(writer *out, const ecs_table *t) {
     }
 }
 
-static void emit_free(writer *out) {
+static void emit_free(writer *out)
+{
     const kd_world *w = out->w;
     uint32_t index = w->free_first;
     for (uint32_t i = 0; i < w->free_count; i++) {
@@ -107,7 +116,8 @@ static void emit_free(writer *out) {
             emit(out, &(kd_entity){index, 0}, sizeof(kd_entity));
 }
 
-static void emit_children(writer *out) {
+static void emit_children(writer *out)
+{
     const kd_world *w = out->w;
     uint32_t count = 0;
     for (uint32_t parent = 0; parent < w->node_limit; parent++)
@@ -118,7 +128,8 @@ static void emit_children(writer *out) {
     out->header.child_count = count;
 }
 
-static void emit_names(writer *out) {
+static void emit_names(writer *out)
+{
     const kd_world *w = out->w;
     out->header.name_count = 0;
     for (uint32_t g = 0; g < w->name_group_count; g++) {
@@ -137,7 +148,8 @@ static void emit_names(writer *out) {
     }
 }
 
-static void emit_singletons(writer *out) {
+static void emit_singletons(writer *out)
+{
     out->header.singleton_count = 0;
     for (uint32_t place = 0; place < out->component_count; place++) {
         const ecs_component *c = &out->w->components[out->ids[place]];
@@ -152,7 +164,31 @@ static void emit_singletons(writer *out) {
     }
 }
 
-static void emit_all(writer *out) {
+static void emit_side(writer *out, uint32_t place, const ecs_side *s)
+{
+    snapshot_side record = {place, s->count, s->disabled_count, 0};
+    emit(out, &record, sizeof record);
+    emit(out, s->entities, s->count * sizeof *s->entities);
+    emit(out, s->values, (size_t)s->count * out->w->components[out->ids[place]].size);
+    for (uint32_t index = 0; s->disabled_count && index < s->word_limit * 64; index++)
+        if (ecs_side_disabled(s, index))
+            emit_index(out, index);
+    end_indices(out);
+    out->header.side_count++;
+}
+
+static void emit_sides(writer *out)
+{
+    out->header.side_count = 0;
+    for (uint32_t place = 0; place < out->component_count; place++) {
+        const ecs_side *s = ecs_side_of(out->w, out->ids[place]);
+        if (s && (s->count || s->disabled_count))
+            emit_side(out, place, s);
+    }
+}
+
+static void emit_all(writer *out)
+{
     const kd_world *w = out->w;
     out->at = sizeof out->header;
     emit_components(out);
@@ -162,17 +198,22 @@ static void emit_all(writer *out) {
     emit_children(out);
     emit_names(out);
     emit_singletons(out);
+    emit_sides(out);
 }
 
 /* ---- what belongs in ---- */
-static bool is_used(const kd_world *w, kd_component_id id, bool with_rows) {
+static bool is_used(const kd_world *w, kd_component_id id, bool with_rows)
+{
+    if (ecs_side_of(w, id) && ecs_side_of(w, id)->count)
+        return true;
     for (uint32_t i = 0; i < w->head.table_count; i++)
         if (ecs_column_of(w->head.tables[i], id) && (!with_rows || w->head.tables[i]->count))
             return true;
     return false;
 }
 
-static kd_status list_components(writer *out) {
+static kd_status list_components(writer *out)
+{
     const kd_world *w = out->w;
     for (kd_component_id id = 1; id <= kd_component_count(w); id++) {
         const kd_component_desc *desc = w->components[id].desc;
@@ -196,7 +237,8 @@ static kd_status list_components(writer *out) {
     return KD_OK;
 }
 
-static kd_status reserve(kd_snapshot *s, size_t size) {
+static kd_status reserve(kd_snapshot *s, size_t size)
+{
     if (size <= s->capacity)
         return KD_OK;
     void *data = malloc(size);
@@ -208,7 +250,8 @@ static kd_status reserve(kd_snapshot *s, size_t size) {
     return KD_OK;
 }
 
-static void finish(writer *out) {
+static void finish(writer *out)
+{
     const kd_world *w = out->w;
     snapshot_header *h = &out->header;
     memcpy(h->magic, SNAPSHOT_MAGIC, sizeof h->magic);
@@ -225,7 +268,8 @@ static void finish(writer *out) {
     memcpy(out->data, h, sizeof *h);
 }
 
-kd_status kd_snapshot_write(const kd_world *w, kd_snapshot *s) {
+kd_status kd_snapshot_write(const kd_world *w, kd_snapshot *s)
+{
     writer out = {.w = w};
     s->size = 0;
     if (kd_world_has_commands(w))
@@ -244,12 +288,14 @@ kd_status kd_snapshot_write(const kd_world *w, kd_snapshot *s) {
     return KD_OK;
 }
 
-void kd_snapshot_fini(kd_snapshot *s) {
+void kd_snapshot_fini(kd_snapshot *s)
+{
     free(s->data);
     *s = (kd_snapshot){0};
 }
 
-kd_status kd_snapshot_save(const kd_world *w, const char *path) {
+kd_status kd_snapshot_save(const kd_world *w, const char *path)
+{
     kd_snapshot s = {0};
     kd_status status = kd_snapshot_write(w, &s);
     if (!status)

@@ -31,6 +31,7 @@ void kd_world_destroy(kd_world *w)
         return;
     ecs_commands_fini(w);
     ecs_tables_fini(w); /* runs the hooks of every value */
+    ecs_sides_fini(w);
     ecs_singletons_fini(w);
     ecs_queries_fini(w);
     ecs_names_fini(w);

@@ -94,6 +94,19 @@ void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
 #define kd_remove(w, e, type)   kd_remove_id((w), (e), KD_ID((w), type))
 #define kd_has(w, e, type)      (kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)) != NULL)
 
+/* ---- enable bits of components declared KD_COMPONENT_TOGGLE ---- */
+/** Hide a component of an entity from queries, or show it again; it starts enabled. To a query a disabled
+ * component is absent (rows with READ, WRITE or WITH are skipped, OPTIONAL gives NULL, WITHOUT matches);
+ * kd_find, kd_set and kd_has still see it. No row moves, and calling it while a query is iterated is allowed:
+ * rows shown later heed it. Removing the component forgets the bit.
+ *  Errors  NOT_FOUND for a dead entity or one without it; UNSUPPORTED, with a message, when it is not declared so
+ *  Threading  the owner of the world; from jobs record kd_commands_enable */
+kd_status kd_enable_id(kd_world *w, kd_entity e, kd_component_id id, bool enabled);
+bool kd_is_enabled_id(const kd_world *w, kd_entity e, kd_component_id id); /* false also when it lacks it */
+#define kd_enable(w, e, type)     kd_enable_id((w), (e), KD_ID((w), type), true)
+#define kd_disable(w, e, type)    kd_enable_id((w), (e), KD_ID((w), type), false)
+#define kd_is_enabled(w, e, type) kd_is_enabled_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type))
+
 /* ---- one of a kind: a value that belongs to the world (frame time, settings, stores) ---- */
 void *kd_singleton_ensure(kd_world *w, const kd_component_desc *desc); /* starts as the default */
 void *kd_singleton_find(const kd_world *w, kd_component_id id);        /* NULL when nobody asked for it yet */
@@ -130,6 +143,7 @@ kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t cou
 void kd_commands_destroy(kd_commands *c, kd_entity e);
 void kd_commands_set(kd_commands *c, kd_entity e, kd_value value);
 void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *desc);
+void kd_commands_enable(kd_commands *c, kd_entity e, const kd_component_desc *desc, bool enabled);
 void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent);
 void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name);
 bool kd_world_has_commands(const kd_world *w);
@@ -167,10 +181,10 @@ static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_componen
         uint32_t column = id < t->column_limit ? t->column_of[id] : 0;
         if (column - 1 < ECS_TAG_COLUMN - 1)
             return t->columns[column].data + (size_t)ecs_record_row(r) * t->columns[column].size;
-        if (!column)
+        if (!column && !head->sparse_count)
             return NULL;
     }
-    return ecs_find_slow(w, e, id); /* a tag, a pending handle, a dead one */
+    return ecs_find_slow(w, e, id); /* a tag, a sparse component, a pending handle, a dead one */
 }
 
 #endif

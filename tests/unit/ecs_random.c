@@ -4,7 +4,7 @@
 #include "runtime/ecs/snapshot.h"
 #include "tests/unit/ecs_fixture.h"
 
-enum { MOST = 4000, COMPONENTS = 6, NAMES = 12 };
+enum { MOST = 4000, COMPONENTS = 9, NAMES = 12 };
 
 typedef struct byte_value {
     uint8_t value;
@@ -12,13 +12,30 @@ typedef struct byte_value {
 typedef struct wide {
     double values[5];
 } wide;
+typedef struct charge { /* comes and goes: beside the tables, with enable bits */
+    float amount, leak;
+} charge;
+typedef struct lamp { /* in the tables, with enable bits */
+    uint32_t power;
+} lamp;
 KD_COMPONENT_DEFINE(byte_value, "byte", KD_FIELD(byte_value, value, KD_U32, NULL, "a byte"));
+KD_COMPONENT_DEFINE_FLAGS(charge, "charge", KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE,
+                          KD_FIELD(charge, amount, KD_F32, "C", "how much"),
+                          KD_FIELD(charge, leak, KD_F32, "A", "how fast it goes"));
+KD_COMPONENT_DEFINE_FLAGS(lamp, "lamp", KD_COMPONENT_TOGGLE, KD_FIELD(lamp, power, KD_U32, "W", "power"));
+static const kd_component_desc marked_desc = {.name = "marked", .align = 1, .flags = KD_COMPONENT_SPARSE};
 static const kd_component_desc wide_desc = {.name = "wide", .size = sizeof(wide), .align = _Alignof(wide)};
 
 /* Component k of the model; its value is made from one number. */
 static const kd_component_desc *const kinds[COMPONENTS] = {&position_desc, &health_desc, &byte_value_desc,
-                                                           &wide_desc,     &owner_desc,  &frozen_desc};
-enum { OWNER = 4, TAG = 5 };
+                                                           &wide_desc,     &owner_desc,  &frozen_desc,
+                                                           &charge_desc,   &lamp_desc,   &marked_desc};
+enum { OWNER = 4, TAG = 5, CHARGE = 6, LAMP = 7, MARKED = 8, QUERIES = 14 };
+
+static bool is_tag(int kind)
+{
+    return kind == TAG || kind == MARKED;
+}
 
 typedef union any_value {
     position p;
@@ -26,9 +43,12 @@ typedef union any_value {
     byte_value b;
     wide w;
     owner o;
+    charge c;
+    lamp l;
 } any_value;
 
-static any_value value_from(int kind, int number) {
+static any_value value_from(int kind, int number)
+{
     any_value v;
     memset(&v, 0, sizeof v);
     switch (kind) {
@@ -48,14 +68,21 @@ static any_value value_from(int kind, int number) {
     case OWNER:
         v.o = (owner){owned(number)};
         break;
+    case CHARGE:
+        v.c = (charge){(float)number, 2};
+        break;
+    case LAMP:
+        v.l = (lamp){(uint32_t)number};
+        break;
     default:
         break;
     }
     return v;
 }
 
-static bool value_is(int kind, const void *at, int number) {
-    if (kind == TAG)
+static bool value_is(int kind, const void *at, int number)
+{
+    if (is_tag(kind))
         return true;
     if (kind == OWNER)
         return *((const owner *)at)->memory == number;
@@ -66,7 +93,7 @@ static bool value_is(int kind, const void *at, int number) {
 typedef struct model_entity {
     kd_entity handle;
     bool alive;
-    uint32_t has;
+    uint32_t has, disabled;
     int numbers[COMPONENTS];
     int parent; /* -1 */
     int name;   /* 0: none */
@@ -80,10 +107,10 @@ typedef struct model {
     int count, alive, owned;
     uint64_t clock, random;
     bool plain; /* nothing owns memory, so that snapshots can be taken */
-    kd_query *queries[8];
+    kd_query *queries[QUERIES];
 } model;
 
-static const kd_query_desc query_descs[8] = {
+static const kd_query_desc query_descs[QUERIES] = {
     {{KD_READ(position)}, false, NULL},
     {{KD_READ(position), KD_READ(health)}, false, NULL},
     {{KD_READ(health), KD_WITHOUT(frozen)}, true, NULL},
@@ -92,9 +119,16 @@ static const kd_query_desc query_descs[8] = {
     {{KD_WITH(owner), KD_WITH(frozen)}, false, NULL},
     {{KD_READ(wide), KD_WITHOUT(position), KD_WITHOUT(byte_value)}, true, NULL},
     {{{KD_TERM_END, NULL}}, true, NULL},
+    {{KD_READ(charge), KD_WRITE(position)}, false, NULL},
+    {{KD_READ(lamp), KD_WITHOUT(charge)}, true, NULL},
+    {{KD_READ(position), KD_WITHOUT(lamp), KD_WITHOUT(marked)}, false, NULL},
+    {{KD_ANY(charge), KD_ANY(wide), KD_ANY(lamp)}, false, NULL},
+    {{KD_WITH(marked), KD_OPTIONAL(charge), KD_OPTIONAL_WRITE(lamp)}, true, NULL},
+    {{KD_WRITE(charge), KD_READ(marked)}, false, NULL},
 };
 
-static bool query_wants(int q, uint32_t has) {
+static bool query_wants(int q, uint32_t has)
+{
     bool c[COMPONENTS];
     for (int k = 0; k < COMPONENTS; k++)
         c[k] = has >> k & 1;
@@ -113,17 +147,31 @@ static bool query_wants(int q, uint32_t has) {
         return c[4] && c[5];
     case 6:
         return c[3] && !c[0] && !c[2];
+    case 8:
+        return c[CHARGE] && c[0];
+    case 9:
+        return c[LAMP] && !c[CHARGE];
+    case 10:
+        return c[0] && !c[LAMP] && !c[MARKED];
+    case 11:
+        return c[CHARGE] || c[3] || c[LAMP];
+    case 12:
+        return c[MARKED];
+    case 13:
+        return c[CHARGE] && c[MARKED];
     default:
         return true;
     }
 }
 
 /* ---- the model's own moves ---- */
-static int pick(model *m) {
+static int pick(model *m)
+{
     return m->count ? (int)random_below(&m->random, (uint32_t)m->count) : -1;
 }
 
-static int pick_alive(model *m) {
+static int pick_alive(model *m)
+{
     for (int tries = 0; m->alive && tries < 50; tries++) {
         int i = pick(m);
         if (m->e[i].alive)
@@ -132,7 +180,8 @@ static int pick_alive(model *m) {
     return -1;
 }
 
-static void model_drop(model *m, int i) {
+static void model_drop(model *m, int i)
+{
     for (int c = 0; c < m->count; c++)
         if (m->e[c].alive && m->e[c].parent == i)
             model_drop(m, c);
@@ -141,21 +190,24 @@ static void model_drop(model *m, int i) {
     m->alive--;
 }
 
-static bool model_is_below(const model *m, int i, int ancestor) {
+static bool model_is_below(const model *m, int i, int ancestor)
+{
     for (; i >= 0; i = m->e[i].parent)
         if (i == ancestor)
             return true;
     return false;
 }
 
-static int model_depth(const model *m, int i) {
+static int model_depth(const model *m, int i)
+{
     int depth = 0;
     while ((i = m->e[i].parent) >= 0)
         depth++;
     return depth;
 }
 
-static model_entity *model_add(model *m, kd_entity handle, uint32_t has) {
+static model_entity *model_add(model *m, kd_entity handle, uint32_t has)
+{
     model_entity *e = &m->e[m->count];
     m->newest[handle.index] = m->count++;
     *e = (model_entity){.handle = handle, .alive = true, .has = has, .parent = -1};
@@ -165,7 +217,8 @@ static model_entity *model_add(model *m, kd_entity handle, uint32_t has) {
 }
 
 /* ---- operations on both ---- */
-static void op_spawn(model *m) {
+static void op_spawn(model *m)
+{
     kd_value values[COMPONENTS];
     any_value storage[COMPONENTS];
     int numbers[COMPONENTS];
@@ -177,7 +230,7 @@ static void op_spawn(model *m) {
             continue;
         numbers[k] = (int)random_below(&m->random, 1000);
         storage[k] = value_from(k, numbers[k]);
-        values[count++] = (kd_value){kinds[k], k == TAG ? NULL : &storage[k]};
+        values[count++] = (kd_value){kinds[k], is_tag(k) ? NULL : &storage[k]};
         has |= 1u << k;
     }
     int parent = random_below(&m->random, 3) ? -1 : pick_alive(m);
@@ -194,7 +247,8 @@ static void op_spawn(model *m) {
             e->numbers[k] = numbers[k];
 }
 
-static void op_spawn_n(model *m) {
+static void op_spawn_n(model *m)
+{
     uint32_t n = random_below(&m->random, 20);
     position p[20];
     kd_entity out[20];
@@ -213,7 +267,8 @@ static void op_spawn_n(model *m) {
     }
 }
 
-static void op_destroy(model *m) {
+static void op_destroy(model *m)
+{
     int i = pick(m); /* dead ones too: nothing may happen */
     if (i < 0)
         return;
@@ -222,7 +277,8 @@ static void op_destroy(model *m) {
         model_drop(m, i);
 }
 
-static void op_set(model *m) {
+static void op_set(model *m)
+{
     int i = pick(m), k = (int)random_below(&m->random, COMPONENTS),
         number = (int)random_below(&m->random, 1000);
     if (i < 0)
@@ -231,7 +287,7 @@ static void op_set(model *m) {
     if (k == OWNER && (m->plain || !e->alive))
         return; /* the caller keeps what a refused value owns */
     any_value v = value_from(k, number);
-    kd_status status = kd_set_value(m->w, e->handle, (kd_value){kinds[k], k == TAG ? NULL : &v});
+    kd_status status = kd_set_value(m->w, e->handle, (kd_value){kinds[k], is_tag(k) ? NULL : &v});
     assert_int_equal(status, e->alive ? KD_OK : KD_NOT_FOUND);
     if (!e->alive)
         return;
@@ -240,7 +296,8 @@ static void op_set(model *m) {
     e->numbers[k] = number;
 }
 
-static void op_remove(model *m) {
+static void op_remove(model *m)
+{
     int i = pick(m), k = (int)random_below(&m->random, COMPONENTS);
     if (i < 0)
         return;
@@ -248,10 +305,12 @@ static void op_remove(model *m) {
     if (m->e[i].alive) {
         m->owned -= k == OWNER && (m->e[i].has >> OWNER & 1);
         m->e[i].has &= ~(1u << k);
+        m->e[i].disabled &= ~(1u << k);
     }
 }
 
-static void op_write(model *m) {
+static void op_write(model *m)
+{
     int i = pick(m);
     health *h = i < 0 ? NULL : kd_find_mut(m->w, m->e[i].handle, health);
     if (i < 0)
@@ -264,7 +323,8 @@ static void op_write(model *m) {
     }
 }
 
-static void op_parent(model *m) {
+static void op_parent(model *m)
+{
     int child = pick(m), parent = random_below(&m->random, 4) ? pick(m) : -1;
     if (child < 0)
         return;
@@ -281,13 +341,15 @@ static void op_parent(model *m) {
     m->e[child].child_order = ++m->clock;
 }
 
-static const char *name_text(int name) {
+static const char *name_text(int name)
+{
     static char text[16];
     snprintf(text, sizeof text, "name%d", name);
     return name ? text : "";
 }
 
-static void op_name(model *m) {
+static void op_name(model *m)
+{
     int i = pick_alive(m), name = (int)random_below(&m->random, NAMES);
     if (i < 0)
         return;
@@ -297,8 +359,29 @@ static void op_name(model *m) {
     m->e[i].name = name;
 }
 
+/* Through a call or a command: the bit is the same. */
+static void op_enable(model *m)
+{
+    int i = pick(m), k = random_below(&m->random, 2) ? CHARGE : LAMP;
+    bool on = random_below(&m->random, 3) == 0, deferred = random_below(&m->random, 3) == 0;
+    if (i < 0)
+        return;
+    model_entity *e = &m->e[i];
+    bool here = e->alive && (e->has >> k & 1);
+    if (deferred) {
+        kd_commands_enable(kd_world_commands(m->w, 1), e->handle, kinds[k], on);
+        assert_int_equal(kd_world_merge(m->w), KD_OK);
+    } else {
+        kd_status status = kd_enable_id(m->w, e->handle, kd_component_ensure(m->w, kinds[k]), on);
+        assert_int_equal(status, here ? KD_OK : KD_NOT_FOUND);
+    }
+    if (here)
+        e->disabled = on ? e->disabled & ~(1u << k) : e->disabled | 1u << k;
+}
+
 /* The same changes through a command buffer, merged at once. */
-static void op_commands(model *m) {
+static void op_commands(model *m)
+{
     kd_commands *c = kd_world_commands(m->w, random_below(&m->random, KD_MAX_WORKERS));
     int number = (int)random_below(&m->random, 1000), i = pick(m), doomed = pick(m);
     any_value v = value_from(0, number);
@@ -318,15 +401,17 @@ static void op_commands(model *m) {
 }
 
 /* What a loop over a query records: one component for many neighbouring rows. */
-static void op_run(model *m) {
-    int k = random_below(&m->random, 2) ? 3 : TAG, number = (int)random_below(&m->random, 1000);
+static void op_run(model *m)
+{
+    static const int choice[] = {3, TAG, CHARGE, LAMP};
+    int k = choice[random_below(&m->random, 4)], number = (int)random_below(&m->random, 1000);
     uint32_t skip = 1 + random_below(&m->random, 40), row = 0;
     any_value v = value_from(k, number);
     kd_commands *c = kd_world_commands(m->w, 2);
     for (kd_iter it = kd_query_iter(m->queries[0]); kd_iter_next(&it);)
         for (uint32_t i = 0; i < it.count; i++)
             if (row++ % skip || skip == 1)
-                kd_commands_set(c, it.entities[i], (kd_value){kinds[k], k == TAG ? NULL : &v});
+                kd_commands_set(c, it.entities[i], (kd_value){kinds[k], is_tag(k) ? NULL : &v});
     row = 0;
     for (kd_iter it = kd_query_iter(m->queries[0]); kd_iter_next(&it);)
         for (uint32_t i = 0; i < it.count; i++) {
@@ -340,7 +425,8 @@ static void op_run(model *m) {
 }
 
 /* Through bytes and back: the world that comes back is the one that was written. */
-static void op_snapshot(model *m) {
+static void op_snapshot(model *m)
+{
     kd_snapshot s = {0};
     uint64_t before = kd_world_checksum(m->w);
     assert_int_equal(kd_snapshot_write(m->w, &s), KD_OK);
@@ -352,12 +438,15 @@ static void op_snapshot(model *m) {
 }
 
 /* ---- comparison ---- */
-static void check_entity(const model *m, int i) {
+static void check_entity(const model *m, int i)
+{
     const model_entity *e = &m->e[i];
     assert_int_equal(kd_alive(m->w, e->handle), e->alive);
     for (int k = 0; k < COMPONENTS; k++) {
         const void *at = kd_find_id(m->w, e->handle, kd_component_ensure(m->w, kinds[k]));
         assert_int_equal(at != NULL, e->alive && (e->has >> k & 1));
+        assert_int_equal(kd_is_enabled_id(m->w, e->handle, kd_component_ensure(m->w, kinds[k])),
+                         e->alive && (e->has & ~e->disabled) >> k & 1);
         if (at && k != OWNER)
             assert_true(value_is(k, at, e->numbers[k]));
         else if (at)
@@ -370,7 +459,8 @@ static void check_entity(const model *m, int i) {
     assert_int_equal(kd_get_depth(m->w, e->handle), model_depth(m, i));
 }
 
-static void check_children(const model *m, int i) {
+static void check_children(const model *m, int i)
+{
     uint64_t after = 0;
     kd_entity child = kd_first_child(m->w, m->e[i].handle);
     for (;; child = kd_next_sibling(m->w, child)) {
@@ -386,7 +476,8 @@ static void check_children(const model *m, int i) {
     }
 }
 
-static void check_names(const model *m) {
+static void check_names(const model *m)
+{
     for (int name = 1; name < NAMES; name++) {
         int first = -1;
         for (int i = 0; i < m->count; i++)
@@ -397,11 +488,31 @@ static void check_names(const model *m) {
     }
 }
 
-static void check_query(const model *m, int q) {
+/* What an accessed column shows at this row is the entity's own value, and nothing when it is not to be seen. */
+static void check_columns(const model *m, int q, const kd_iter *it, uint32_t row)
+{
+    const model_entity *e = &m->e[m->newest[it->entities[row].index]];
+    for (uint32_t t = 0; query_descs[q].terms[t].kind != KD_TERM_END; t++) {
+        const kd_term *term = &query_descs[q].terms[t];
+        int k = 0;
+        if (term->kind == KD_TERM_WITH || term->kind == KD_TERM_WITHOUT)
+            continue;
+        while (kinds[k] != term->desc)
+            k++;
+        bool shown = (e->has & ~e->disabled) >> k & 1;
+        assert_int_equal(it->columns[t] != NULL, shown);
+        if (shown)
+            assert_true(
+                value_is(k, (const uint8_t *)it->columns[t] + (size_t)row * term->desc->size, e->numbers[k]));
+    }
+}
+
+static void check_query(const model *m, int q)
+{
     uint32_t expected = 0, rows = 0, depth = 0;
     uint64_t expected_sum = 0, sum = 0;
     for (int i = 0; i < m->count; i++)
-        if (m->e[i].alive && query_wants(q, m->e[i].has)) {
+        if (m->e[i].alive && query_wants(q, m->e[i].has & ~m->e[i].disabled)) {
             expected++;
             expected_sum += (uint64_t)m->e[i].handle.index * 31 + m->e[i].handle.generation;
         }
@@ -411,13 +522,15 @@ static void check_query(const model *m, int q) {
             uint32_t d = kd_get_depth(m->w, it.entities[i]);
             assert_true(!query_descs[q].by_depth || d >= depth);
             depth = d;
+            check_columns(m, q, &it, i);
         }
     assert_int_equal(rows, expected);
     assert_int_equal(kd_query_count(m->queries[q]), expected);
     assert_true(sum == expected_sum);
 }
 
-static void check_all(const model *m) {
+static void check_all(const model *m)
+{
     assert_int_equal(kd_entity_count(m->w), m->alive);
     for (int i = 0; i < m->count; i++)
         check_entity(m, i);
@@ -425,16 +538,17 @@ static void check_all(const model *m) {
         if (m->e[i].alive)
             check_children(m, i);
     check_names(m);
-    for (int q = 0; q < 8; q++)
+    for (int q = 0; q < QUERIES; q++)
         check_query(m, q);
 }
 
-static void step(model *m) {
+static void step(model *m)
+{
     static void (*const ops[])(model *) = {op_spawn, op_spawn,    op_spawn_n, op_destroy, op_set,
                                            op_set,   op_remove,   op_write,   op_parent,  op_parent,
-                                           op_name,  op_commands, op_remove};
-    uint32_t op = random_below(&m->random, m->alive > 250 ? 26 : 13);
-    if (op >= 13)
+                                           op_name,  op_commands, op_remove,  op_enable};
+    uint32_t op = random_below(&m->random, m->alive > 250 ? 28 : 14);
+    if (op >= 14)
         op = 3; /* enough of them: destroy more */
     if (random_below(&m->random, 50) == 0)
         op_run(m);
@@ -445,7 +559,8 @@ static void step(model *m) {
 }
 
 /* Run a program of `steps` operations; returns the checksum of the world at its end. */
-static uint64_t run_program(uint64_t seed, int steps, int check_every) {
+static uint64_t run_program(uint64_t seed, int steps, int check_every)
+{
     static model m;
     memset(&m, 0, sizeof m);
     m.random = seed * 0x9e3779b97f4a7c15u + 1;
@@ -453,12 +568,12 @@ static uint64_t run_program(uint64_t seed, int steps, int check_every) {
     m.w = kd_world_make();
     assert_non_null(m.w);
     owner_releases = 0;
-    for (int q = 0; q < 8; q += 2)
+    for (int q = 0; q < QUERIES; q += 2)
         m.queries[q] = kd_query_make(m.w, &query_descs[q]);
     for (int i = 0; i < steps; i++) {
         step(&m);
         if (i == steps / 2)
-            for (int q = 1; q < 8; q += 2)
+            for (int q = 1; q < QUERIES; q += 2)
                 m.queries[q] = kd_query_make(m.w, &query_descs[q]);
         if (check_every && i >= steps / 2 && i % check_every == 0)
             check_all(&m);
@@ -472,18 +587,21 @@ static uint64_t run_program(uint64_t seed, int steps, int check_every) {
     return checksum;
 }
 
-static bool slow(void) {
+static bool slow(void)
+{
     return getenv("KANDIL_SLOW") && *getenv("KANDIL_SLOW") == '1';
 }
 
-static void random_programs_agree_with_the_model(void **state) {
+static void random_programs_agree_with_the_model(void **state)
+{
     (void)state;
     uint64_t seeds = slow() ? 5000 : 400;
     for (uint64_t seed = 1; seed <= seeds; seed++)
         run_program(seed, 3000, slow() ? 100 : 300);
 }
 
-static void random_programs_repeat_exactly(void **state) {
+static void random_programs_repeat_exactly(void **state)
+{
     (void)state;
     for (uint64_t seed = 1; seed <= 40; seed++)
         assert_true(run_program(seed, 2000, 0) == run_program(seed, 2000, 0));
@@ -492,7 +610,8 @@ static void random_programs_repeat_exactly(void **state) {
 
 /* Memory runs out at every possible moment in turn: calls fail, nothing breaks, and what lives can still be
  * read. */
-static void programs_survive_without_memory(void **state) {
+static void programs_survive_without_memory(void **state)
+{
     (void)state;
     kd_log_set_sink(silent, NULL);
     for (uint32_t round = 0; round < (slow() ? 3000u : 300u); round++) {
@@ -503,7 +622,7 @@ static void programs_survive_without_memory(void **state) {
         for (int i = 0; i < 400; i++) {
             kd_entity *one = &e[random_below(&random, 64)], *two = &e[random_below(&random, 64)];
             kd_commands *c = kd_world_commands(w, i % 3 ? 0 : 1);
-            switch (random_below(&random, 10)) {
+            switch (random_below(&random, 12)) {
             case 0:
             case 1:
                 *one = kd_spawn(w, KD_VAL(position, {1, 2, 3}), KD_TAG(health));
@@ -523,11 +642,19 @@ static void programs_survive_without_memory(void **state) {
             case 5:
                 kd_set_name(w, *one, name_text(i % 40 + 1));
                 break;
+            case 10:
+                kd_set(w, *one, charge, {1, 2});
+                kd_disable(w, *one, charge);
+                break;
+            case 11:
+                *two = kd_spawn(w, KD_TAG(charge), KD_TAG(lamp));
+                kd_disable(w, *two, lamp);
+                break;
             case 6:
                 kd_commands_spawn(c, (kd_value[]){KD_VAL(bond, {*one, 1})}, 1);
                 break;
             case 7:
-                kd_query_make(w, &query_descs[i % 8]);
+                kd_query_make(w, &query_descs[i % QUERIES]);
                 break;
             case 8:
                 (void)kd_singleton(w, health);
@@ -550,7 +677,8 @@ static void programs_survive_without_memory(void **state) {
     kd_log_set_sink(NULL, NULL);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_programs_agree_with_the_model),
         cmocka_unit_test(random_programs_repeat_exactly),

@@ -20,22 +20,30 @@ KD_COMPONENT_DEFINE(creature, "creature", KD_FIELD_ENUM(creature, mood, mood_wor
                     KD_FIELD(creature, asleep, KD_BOOL, NULL, "does it sleep"),
                     KD_FIELD(creature, title, KD_STRING, NULL, "how it is called"),
                     KD_FIELD_ARRAY(creature, weights, KD_F32, 2, "kg", "in summer and winter"));
+typedef struct spark {
+    uint32_t heat;
+} spark;
+KD_COMPONENT_DEFINE_FLAGS(spark, "spark", KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE,
+                          KD_FIELD(spark, heat, KD_U32, "K", "how hot"));
 static const kd_component_desc cache_desc = {.name = "cache",
                                              .size = sizeof(owner),
                                              .align = _Alignof(owner),
                                              .on_remove = owner_release,
                                              .flags = KD_COMPONENT_TRANSIENT};
 
-static void register_all(kd_world *w) {
+static void register_all(kd_world *w)
+{
     /* in another order than `populated` first uses them */
-    const kd_component_desc *const all[] = {&creature_desc, &frozen_desc, &bond_desc,     &padded_desc,
-                                            &health_desc,   &cache_desc,  &velocity_desc, &position_desc};
+    const kd_component_desc *const all[] = {&creature_desc, &spark_desc,    &frozen_desc,
+                                            &bond_desc,     &padded_desc,   &health_desc,
+                                            &cache_desc,    &velocity_desc, &position_desc};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++)
         assert_true(kd_component_ensure(w, all[i]) != 0);
 }
 
 /* A world with children, names, free handles, an emptied table and a singleton. */
-static kd_world *populated(uint32_t n) {
+static kd_world *populated(uint32_t n)
+{
     kd_world *w = kd_world_make();
     kd_entity e[256], last = KD_NO_ENTITY;
     assert_true(w && n <= 256);
@@ -48,6 +56,10 @@ static kd_world *populated(uint32_t n) {
             kd_set(w, e[i], bond, {last, i});
         if (i % 5 == 2)
             kd_set(w, e[i], creature, {i % 2, 1, "beast", {0.1f, 2}});
+        if (i % 6 == 1)
+            kd_set(w, e[i], spark, {i});
+        if (i % 12 == 1)
+            kd_disable(w, e[i], spark);
         if (i % 7 == 3)
             kd_set_name(w, e[i], i % 2 ? "odd" : "even");
         last = e[i];
@@ -58,14 +70,16 @@ static kd_world *populated(uint32_t n) {
     return w;
 }
 
-static kd_snapshot snapshot_of(const kd_world *w) {
+static kd_snapshot snapshot_of(const kd_world *w)
+{
     kd_snapshot s = {0};
     assert_int_equal(kd_snapshot_write(w, &s), KD_OK);
     assert_true(s.size >= sizeof(snapshot_header));
     return s;
 }
 
-static void assert_same(const kd_world *a, const kd_world *b) {
+static void assert_same(const kd_world *a, const kd_world *b)
+{
     kd_difference d = {0};
     char text[256];
     if (kd_world_diff(a, b, &d, 1))
@@ -74,7 +88,8 @@ static void assert_same(const kd_world *a, const kd_world *b) {
 }
 
 /* ---- coming back ---- */
-static void a_restored_world_equals_the_written_one(void **state) {
+static void a_restored_world_equals_the_written_one(void **state)
+{
     (void)state;
     kd_world *a = populated(200), *b = kd_world_make();
     kd_snapshot s = snapshot_of(a);
@@ -85,6 +100,8 @@ static void a_restored_world_equals_the_written_one(void **state) {
     assert_same(a, b);
     assert_int_equal(kd_entity_count(b), kd_entity_count(a));
     assert_int_equal(kd_singleton(b, health)->now, 77);
+    kd_query *sparks = kd_query_make(b, &(kd_query_desc){.terms = {KD_READ(spark)}});
+    assert_in_range(kd_query_count(sparks), 5, 20); /* 33 of 200 less the disabled half and every eleventh */
     assert_entity(kd_find_named(b, "odd"), kd_find_named(a, "odd"));
     kd_query *other =
         kd_query_make(a, &(kd_query_desc){.terms = {KD_READ(position), KD_WITH(frozen)}, .by_depth = true});
@@ -100,7 +117,8 @@ static void a_restored_world_equals_the_written_one(void **state) {
 }
 
 /* The same calls after a restore and without it: handles, order and checksum must not part. */
-static void go_on(kd_world *w, uint64_t seed) {
+static void go_on(kd_world *w, uint64_t seed)
+{
     for (int i = 0; i < 300; i++) {
         kd_entity made = kd_spawn(w, KD_VAL(velocity, {1, 2, (float)i}));
         kd_entity picked = {random_below(&seed, 220), 1 + random_below(&seed, 3)};
@@ -126,7 +144,8 @@ static void go_on(kd_world *w, uint64_t seed) {
     }
 }
 
-static void a_restored_world_goes_on_as_the_written_one(void **state) {
+static void a_restored_world_goes_on_as_the_written_one(void **state)
+{
     (void)state;
     for (uint64_t seed = 1; seed <= 30; seed++) {
         kd_world *a = populated(200), *b = kd_world_make(), *c = populated(20);
@@ -147,7 +166,8 @@ static void a_restored_world_goes_on_as_the_written_one(void **state) {
     }
 }
 
-static void a_restore_into_its_own_world_undoes(void **state) {
+static void a_restore_into_its_own_world_undoes(void **state)
+{
     (void)state;
     kd_world *a = populated(100), *b = populated(100);
     kd_query *q = kd_query_make(b, &(kd_query_desc){.terms = {KD_WRITE(position)}, .name = "positions"});
@@ -170,7 +190,8 @@ static void a_restore_into_its_own_world_undoes(void **state) {
     kd_world_destroy(b);
 }
 
-static void an_empty_world_comes_back_empty(void **state) {
+static void an_empty_world_comes_back_empty(void **state)
+{
     (void)state;
     kd_world *a = kd_world_make(), *b = populated(50);
     kd_snapshot s = snapshot_of(a);
@@ -183,7 +204,8 @@ static void an_empty_world_comes_back_empty(void **state) {
     kd_world_destroy(b);
 }
 
-static void a_restore_releases_what_the_old_world_owned(void **state) {
+static void a_restore_releases_what_the_old_world_owned(void **state)
+{
     (void)state;
     kd_world *a = kd_world_make(), *b = kd_world_make();
     kd_spawn(a, KD_VAL(position, {1, 2, 3}));
@@ -200,7 +222,8 @@ static void a_restore_releases_what_the_old_world_owned(void **state) {
     kd_world_destroy(b);
 }
 
-static void transient_components_stay_behind(void **state) {
+static void transient_components_stay_behind(void **state)
+{
     (void)state;
     kd_world *a = kd_world_make(), *b = kd_world_make();
     register_all(b);
@@ -224,13 +247,15 @@ static void transient_components_stay_behind(void **state) {
 /* ---- refusals ---- */
 static int messages;
 static char message[512];
-static void keep_message(void *user, kd_log_level level, const char *text) {
+static void keep_message(void *user, kd_log_level level, const char *text)
+{
     (void)user, (void)level;
     messages++;
     snprintf(message, sizeof message, "%s", text);
 }
 
-static void assert_refused(kd_status status, kd_status expected, const char *words) {
+static void assert_refused(kd_status status, kd_status expected, const char *words)
+{
     assert_int_equal(status, expected);
     assert_int_equal(messages, 1);
     if (!strstr(message, words))
@@ -238,7 +263,8 @@ static void assert_refused(kd_status status, kd_status expected, const char *wor
     messages = 0;
 }
 
-static void what_owns_memory_is_not_written(void **state) {
+static void what_owns_memory_is_not_written(void **state)
+{
     (void)state;
     kd_world *w = kd_world_make();
     kd_snapshot s = {0};
@@ -268,7 +294,8 @@ KD_COMPONENT_DEFINE(turned_position, "position", KD_FIELD(turned_position, x, KD
                     KD_FIELD(turned_position, y, KD_F32, "m", "y"),
                     KD_FIELD(turned_position, z, KD_F32, "m", "z"));
 
-static void other_components_are_refused(void **state) {
+static void other_components_are_refused(void **state)
+{
     (void)state;
     kd_world *a = kd_world_make(), *b = kd_world_make(), *c = kd_world_make(), *d = kd_world_make();
     kd_spawn(a, KD_VAL(position, {1, 2, 3}));
@@ -287,7 +314,8 @@ static void other_components_are_refused(void **state) {
     kd_world_destroy(d);
 }
 
-static void header_at_fault_is_named(void **state) {
+static void header_at_fault_is_named(void **state)
+{
     (void)state;
     kd_world *w = populated(10);
     kd_snapshot s = snapshot_of(w);
@@ -307,7 +335,8 @@ static void header_at_fault_is_named(void **state) {
     kd_world_destroy(w);
 }
 
-static kd_status restore_copy(kd_world *w, const uint8_t *data, size_t size) {
+static kd_status restore_copy(kd_world *w, const uint8_t *data, size_t size)
+{
     uint8_t *copy = malloc(size ? size : 1); /* of exactly this size: a sanitizer sees a read beyond it */
     assert_non_null(copy);
     memcpy(copy, data, size);
@@ -318,7 +347,8 @@ static kd_status restore_copy(kd_world *w, const uint8_t *data, size_t size) {
     return status;
 }
 
-static void every_truncation_is_refused_and_changes_nothing(void **state) {
+static void every_truncation_is_refused_and_changes_nothing(void **state)
+{
     (void)state;
     kd_world *a = populated(40), *b = populated(12);
     kd_snapshot s = snapshot_of(a);
@@ -346,7 +376,8 @@ static void every_truncation_is_refused_and_changes_nothing(void **state) {
 }
 
 /* A world that was let in can be walked, written and destroyed. */
-static void assert_sound(kd_world *w) {
+static void assert_sound(kd_world *w)
+{
     uint32_t rows = 0, children = 0, below = 0;
     kd_query *q = kd_query_make(w, &(kd_query_desc){.by_depth = true});
     for (kd_iter it = kd_query_iter(q); kd_iter_next(&it); rows += it.count)
@@ -363,7 +394,8 @@ static void assert_sound(kd_world *w) {
 }
 
 /* Flips under a checksum that was made to agree reach the checks behind it. */
-static void flipped_bytes_never_break_a_world(void **state) {
+static void flipped_bytes_never_break_a_world(void **state)
+{
     (void)state;
     kd_world *a = populated(30);
     kd_snapshot s = snapshot_of(a);
@@ -398,7 +430,8 @@ static void flipped_bytes_never_break_a_world(void **state) {
     kd_world_destroy(a);
 }
 
-static void a_restore_without_memory_changes_nothing(void **state) {
+static void a_restore_without_memory_changes_nothing(void **state)
+{
     (void)state;
     kd_world *a = populated(100), *b = populated(10);
     kd_snapshot s = snapshot_of(a);
@@ -422,7 +455,8 @@ static void a_restore_without_memory_changes_nothing(void **state) {
     kd_world_destroy(b);
 }
 
-static void files_carry_a_world(void **state) {
+static void files_carry_a_world(void **state)
+{
     (void)state;
     kd_world *a = populated(60), *b = kd_world_make();
     char path[64];
@@ -441,7 +475,8 @@ static void files_carry_a_world(void **state) {
 }
 
 /* ---- differences ---- */
-static void each_difference_is_named(void **state) {
+static void each_difference_is_named(void **state)
+{
     (void)state;
     char text[128];
     kd_difference d[8];
@@ -450,6 +485,7 @@ static void each_difference_is_named(void **state) {
         kd_difference_kind kind;
         const char *text;
     } cases[] = {
+        {6, KD_DIFFERENCE_ENABLED, "entity 3.1 even: spark disabled only in the second world"},
         {0, KD_DIFFERENCE_VALUE, "entity 3.1 even: position.y differs"},
         {1, KD_DIFFERENCE_COMPONENT, "entity 3.1 even: health only in the second world"},
         {2, KD_DIFFERENCE_COMPONENT, "entity 3.1 even: position only in the first world"},
@@ -463,7 +499,7 @@ static void each_difference_is_named(void **state) {
         for (int k = 0; k < 2; k++) {
             w[k] = kd_world_make();
             for (int n = 0; n < 4; n++)
-                kd_spawn(w[k], KD_VAL(position, {(float)n, 2, 3}));
+                kd_spawn(w[k], KD_VAL(position, {(float)n, 2, 3}), KD_VAL(spark, {1}));
             kd_set_name(w[k], e, "even");
         }
         assert_int_equal(kd_world_diff(w[0], w[1], NULL, 0), 0);
@@ -480,6 +516,9 @@ static void each_difference_is_named(void **state) {
         case 3:
             kd_set_name(w[1], e, "other");
             break;
+        case 6:
+            kd_disable(w[1], e, spark);
+            break;
         case 4:
             kd_set_parent(w[1], e, (kd_entity){0, 1});
             break;
@@ -494,7 +533,8 @@ static void each_difference_is_named(void **state) {
     }
 }
 
-static void order_and_siblings_count(void **state) {
+static void order_and_siblings_count(void **state)
+{
     (void)state;
     kd_world *w[2];
     kd_difference d[4];
@@ -514,7 +554,8 @@ static void order_and_siblings_count(void **state) {
 }
 
 /* ---- JSON ---- */
-static void json_shows_a_world_to_people(void **state) {
+static void json_shows_a_world_to_people(void **state)
+{
     (void)state;
     kd_world *w = kd_world_make();
     kd_json j = {0};
@@ -533,7 +574,8 @@ static void json_shows_a_world_to_people(void **state) {
     kd_world_destroy(w);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_restored_world_equals_the_written_one),
         cmocka_unit_test(a_restored_world_goes_on_as_the_written_one),
