@@ -10,15 +10,17 @@
  * are sequentially consistent (the same instructions on x86, and thread sanitizer understands them):
  *
  * - The last job may be wanted by the owner and a thief at once. take() writes bottom, then reads top;
- * steal() reads top, then bottom. In the single order of these four either the thief sees the lowered bottom
- * and leaves, or the owner sees the raised top; if the owner sees top == bottom it goes through the same
- *   compare-exchange as the thief: one wins.
+ *   steal() reads top, then bottom. In the single order of these four either the thief sees the lowered
+ *   bottom and leaves, or the owner sees the raised top; if the owner sees top == bottom it goes through the
+ *   same compare-exchange as the thief: one wins.
  * - push() writes the slot, then bottom; a thief that reads this bottom (which acquires) sees the slot.
  * - A thief reads the slot before it owns it. The owner reuses a slot only after reading a top beyond it. Top
  *   never returns to a value, so the thief's compare-exchange then fails, and what it read is dropped. Slots
  *   are atomic words, so that this read is no data race.
  * - push() is sequentially consistent because the pool reads its mask of sleeping workers next: see jobs.c.
- */
+ *
+ * tests/unit/jobs_model.c runs this file through every execution that the memory model allows to a few
+ * operations. */
 
 #include <stdalign.h>
 #include <stdatomic.h>
