@@ -374,6 +374,8 @@ static bool apply_run(kd_world *w, const ecs_command_head *heads, uint32_t n, ec
         ecs_write_value(w, id, to->columns[column].data + (size_t)(first + i) * to->columns[column].size,
                         value);
     }
+    for (uint32_t i = 0; i < n && w->observed[id]; i++)
+        ecs_event(w, KD_ON_ADD, ecs_entities(to)[first + i], id, NULL);
     return true;
 }
 
@@ -421,6 +423,7 @@ kd_status kd_world_merge(kd_world *w)
         return KD_NO_MEMORY;
     }
     w->merging = spawns != 0;
+    w->event_hold++;
     if (total)
         ecs_structure_changed(w, "kd_world_merge");
     kd_status status = total ? apply_all(w, heads, (uint32_t)total) : KD_OK;
@@ -432,6 +435,8 @@ kd_status kd_world_merge(kd_world *w)
         w->commands[i].head_count = w->commands[i].byte_count = 0;
         w->commands[i].key = 0;
     }
+    w->event_hold--;
+    ecs_events_settle(w);
     return failed ? KD_NO_MEMORY : status;
 }
 

@@ -237,6 +237,8 @@ static kd_entity spawn_ids_at(kd_world *w, const kd_component_id *ids, const voi
     write_row(w, t, row, ids, values, count);
     if (w->head.sparse_count)
         sparse_write(w, e, ids, values, count);
+    if (w->any_observed)
+        ecs_event_row(w, KD_ON_ADD, t, row);
     return e;
 }
 
@@ -340,16 +342,20 @@ static kd_entity spawn_on_path(kd_world *w, const ecs_path *p, const kd_value *v
     }
     if (p->sparse)
         sparse_write(w, e, p->ids, from, p->count);
+    if (w->any_observed)
+        ecs_event_row(w, KD_ON_ADD, t, row);
     return e;
 }
 
 kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count)
 {
     ecs_structure_changed(w, "kd_spawn");
-    if (count > ECS_PATH_VALUES)
-        return spawn_many(w, KD_NO_ENTITY, values, count);
-    const ecs_path *p = path_ensure(w, values, count, 0);
-    return p ? spawn_on_path(w, p, values) : KD_NO_ENTITY;
+    const ecs_path *p = count <= ECS_PATH_VALUES ? path_ensure(w, values, count, 0) : NULL;
+    kd_entity e = count > ECS_PATH_VALUES ? spawn_many(w, KD_NO_ENTITY, values, count)
+                  : p                     ? spawn_on_path(w, p, values)
+                                          : KD_NO_ENTITY;
+    ecs_events_settle(w);
+    return e;
 }
 
 kd_entity kd_spawn_child_values(kd_world *w, kd_entity parent, const kd_value *values, uint32_t count)
@@ -360,14 +366,18 @@ kd_entity kd_spawn_child_values(kd_world *w, kd_entity parent, const kd_value *v
         return KD_NO_ENTITY;
     parent = ecs_entities(above)[row];
     ecs_structure_changed(w, "kd_spawn_child");
-    if (count > ECS_PATH_VALUES)
-        return spawn_many(w, parent, values, count);
+    if (count > ECS_PATH_VALUES) {
+        kd_entity e = spawn_many(w, parent, values, count);
+        ecs_events_settle(w);
+        return e;
+    }
     const ecs_path *p = path_ensure(w, values, count, above->depth + 1u);
     if (!p || !child_nodes_reserve(w, parent.index))
         return KD_NO_ENTITY;
     kd_entity e = spawn_on_path(w, p, values);
     if (e.generation)
         child_link(w, e, parent);
+    ecs_events_settle(w);
     return e;
 }
 
@@ -423,6 +433,9 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
             fill_sparse(w, ids[i], entities + first, n, from[i]);
     if (out)
         memcpy(out, entities + first, n * sizeof *out);
+    for (uint32_t row = first; row < first + n && w->any_observed; row++)
+        ecs_event_row(w, KD_ON_ADD, t, row);
+    ecs_events_settle(w);
     return KD_OK;
 }
 
@@ -431,6 +444,8 @@ static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row)
 {
     if (t->depth)
         ecs_hierarchy_unlink(w, e.index, ecs_parents(t)[row].index);
+    if (w->any_observed)
+        ecs_event_row(w, KD_ON_REMOVE | KD_ON_DESTROY, t, row);
     ecs_name_drop(w, e.index);
     if (w->side_limit)
         ecs_sides_drop(w, e.index);
@@ -459,9 +474,10 @@ void kd_destroy(kd_world *w, kd_entity e)
         uint32_t parent = t->depth ? ecs_parents(t)[row].index : ECS_NONE;
         destroy_one(w, ecs_entities(t)[row], t, row);
         if (at == root)
-            return;
+            break;
         at = parent;
     }
+    ecs_events_settle(w);
 }
 
 /* ---- values ---- */
@@ -473,6 +489,15 @@ static uint32_t move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to)
     return to_row;
 }
 
+static kd_status set_sparse(kd_world *w, kd_entity e, kd_component_id id, const void *value)
+{
+    kd_event event = ecs_side_find(w, id, e.index) ? KD_ON_SET : KD_ON_ADD;
+    kd_status status = ecs_side_set(w, id, e, value);
+    if (!status)
+        ecs_event(w, event, e, id, NULL);
+    return status;
+}
+
 kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value)
 {
     ecs_table *t;
@@ -482,9 +507,10 @@ kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *v
     if (!locate(w, e, &t, &row))
         return KD_NOT_FOUND;
     if (w->components[id].sparse)
-        return ecs_side_set(w, id, ecs_entities(t)[row], value);
+        return set_sparse(w, ecs_entities(t)[row], id, value);
     uint32_t column = ecs_column_of(t, id);
     if (column) {
+        ecs_event(w, KD_ON_SET, ecs_entities(t)[row], id, NULL);
         void *to = value_at(w, t, column, row);
         if (column == ECS_TAG_COLUMN || to == value)
             return KD_OK;
@@ -503,13 +529,17 @@ kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *v
     if (column != ECS_TAG_COLUMN)
         ecs_write_value(w, id, value_at(w, to, column, to_row),
                         value); /* before the old row goes: value may lie there */
+    kd_entity moved = ecs_entities(t)[row];
     ecs_table_remove(w, t, row);
+    ecs_event(w, KD_ON_ADD, moved, id, NULL);
     return KD_OK;
 }
 
 kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value)
 {
-    return ecs_set_id(w, e, kd_component_ensure(w, value.desc), value.value);
+    kd_status status = ecs_set_id(w, e, kd_component_ensure(w, value.desc), value.value);
+    ecs_events_settle(w);
+    return status;
 }
 
 void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
@@ -518,8 +548,15 @@ void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
     uint32_t row;
     if (!locate(w, e, &t, &row))
         return;
-    if (w->components[id].sparse)
-        ecs_side_remove(w, id, ecs_entities(t)[row].index);
+    if (w->components[id].sparse) {
+        kd_entity known = ecs_entities(t)[row];
+        const void *value = ecs_side_find(w, id, known.index);
+        if (value)
+            ecs_event(w, KD_ON_REMOVE, known, id, w->components[id].size ? value : NULL);
+        ecs_side_remove(w, id, known.index);
+        ecs_events_settle(w);
+        return;
+    }
     if (!ecs_column_of(t, id))
         return;
     ecs_structure_changed(w, "kd_remove");
@@ -529,10 +566,13 @@ void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
         kd_fail(KD_NO_MEMORY, "component %s: cannot be removed, memory is out", w->components[id].desc->name);
         return;
     }
+    ecs_event(w, KD_ON_REMOVE, ecs_entities(t)[row], id,
+              ecs_column_of(t, id) == ECS_TAG_COLUMN ? NULL : value_at(w, t, ecs_column_of(t, id), row));
     ecs_side_disable(w, id, ecs_entities(t)[row].index, false);
     ecs_release_value(w, id, value_at(w, t, ecs_column_of(t, id), row));
     move_row(w, t, row, to);
     ecs_table_remove(w, t, row);
+    ecs_events_settle(w);
 }
 
 /* ---- enable bits ---- */

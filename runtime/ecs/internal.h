@@ -25,6 +25,7 @@
 
 #include "runtime/core/log.h"
 #include "runtime/ecs/layout.h"
+#include "runtime/ecs/observer.h"
 #include "runtime/ecs/query.h"
 #include "runtime/ecs/world.h"
 
@@ -66,7 +67,8 @@ typedef struct ecs_archetype {
     uint32_t depth_limit;
     uint32_t index;
     uint64_t hash;
-    bool hooked; /* some component has on_remove */
+    bool hooked;   /* some component has on_remove */
+    bool observed; /* somebody observes some component */
 } ecs_archetype;
 
 static inline kd_entity *ecs_entities(const ecs_table *t)
@@ -197,6 +199,25 @@ struct kd_commands {
     kd_entity *spawned; /* by the last merge that spawned (or the one under way) */
 };
 
+/* ---- observers ---- */
+typedef struct ecs_observer {
+    kd_component_id id;
+    uint32_t events;
+    kd_observer_fn *fn; /* NULL: taken back */
+    void *user;
+} ecs_observer;
+typedef struct ecs_queued {
+    uint32_t event;
+    kd_component_id id;
+    kd_entity entity;
+    uint32_t value; /* in units of 16 bytes, ECS_NONE: none */
+} ecs_queued;
+typedef struct ecs_event_queue {
+    ecs_queued *events;
+    uint8_t *units;
+    uint32_t count, capacity, unit_count, unit_capacity;
+} ecs_event_queue;
+
 /* ---- the world ---- */
 struct kd_world {
     ecs_world_head head;
@@ -240,6 +261,12 @@ struct kd_world {
     _Atomic size_t bytes;
     size_t limit_bytes;
     ecs_path paths[ECS_PATHS]; /* by a hash of the descriptions */
+    ecs_observer *observers; /* in order of registration */
+    uint32_t observer_count, observer_capacity;
+    bool any_observed;                         /* false: nobody ever asked, and nothing is looked at */
+    uint8_t observed[ECS_MAX_COMPONENTS + 1];  /* kd_event bits by component id */
+    ecs_event_queue events[2];                 /* event_turn says which one receives */
+    uint32_t event_turn, event_hold;           /* held while a merge or an observer runs */
     uint32_t merge_number;
     bool merging;
     uint64_t tag_value[8]; /* what a found tag points to */
@@ -362,6 +389,26 @@ void ecs_names_fini(kd_world *w);
 /* query.c */
 bool ecs_queries_add_table(kd_world *w, ecs_table *t); /* false when out, nothing added */
 void ecs_queries_fini(kd_world *w);
+
+/* observer.c */
+/** Queue an event; `value` (may be NULL) is copied. */
+void ecs_event_queue_add(kd_world *w, kd_event event, kd_entity e, kd_component_id id, const void *value);
+static inline void ecs_event(kd_world *w, kd_event event, kd_entity e, kd_component_id id, const void *value)
+{
+    if (w->observed[id] & event)
+        ecs_event_queue_add(w, event, e, id, value);
+}
+/** Queue these events (bits) for all components of a row, sparse ones included. */
+void ecs_event_row(kd_world *w, uint32_t events, const ecs_table *t, uint32_t row);
+void ecs_archetype_observe(const kd_world *w, ecs_archetype *a);
+void ecs_events_tell(kd_world *w);
+/** Called at the end of every public change: the outermost tells what waits. */
+static inline void ecs_events_settle(kd_world *w)
+{
+    if (w->any_observed)
+        ecs_events_tell(w);
+}
+void ecs_observers_fini(kd_world *w);
 
 /* commands.c */
 kd_entity ecs_commands_resolve(const kd_world *w, kd_entity e); /* KD_NO_ENTITY when unknown */

@@ -79,6 +79,7 @@ static ecs_archetype *archetype_alloc(kd_world *w, const kd_component_id *ids, u
         a->column_of[ids[i]] = c->size ? (uint16_t)++a->column_count : (uint16_t)ECS_TAG_COLUMN;
         a->hooked |= c->desc->on_remove != NULL;
     }
+    ecs_archetype_observe(w, a);
     return a;
 }
 

@@ -34,6 +34,7 @@ void kd_world_destroy(kd_world *w)
     ecs_sides_fini(w);
     ecs_singletons_fini(w);
     ecs_queries_fini(w);
+    ecs_observers_fini(w);
     ecs_names_fini(w);
     for (kd_component_id id = 1; id <= kd_component_count(w); id++)
         ecs_free(w, w->components[id].spans);
