@@ -86,7 +86,7 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
 }
 
 /* ---- handles ---- */
-static bool handles_reserve(kd_world *w, uint32_t n)
+bool ecs_handles_reserve(kd_world *w, uint32_t n)
 {
     if (n <= w->free_count)
         return true;
@@ -95,8 +95,7 @@ static bool handles_reserve(kd_world *w, uint32_t n)
                                                (uint32_t)need, sizeof *w->head.records);
 }
 
-/* The index freed last comes first; room was reserved. */
-static kd_entity handle_take(kd_world *w)
+kd_entity ecs_handle_take(kd_world *w)
 {
     w->alive_count++;
     if (!w->free_count)
@@ -108,7 +107,7 @@ static kd_entity handle_take(kd_world *w)
     return e;
 }
 
-static void handle_give(kd_world *w, kd_entity e)
+void ecs_handle_give(kd_world *w, kd_entity e)
 {
     w->alive_count--;
     w->head.records[e.index] = 0;
@@ -228,10 +227,10 @@ static kd_entity spawn_ids_at(kd_world *w, const kd_component_id *ids, const voi
                               uint32_t depth)
 {
     ecs_table *t = table_of_ids(w, ids, count, depth);
-    if (!t || !handles_reserve(w, 1) || !reserve_rows(w, t, 1, values, count) ||
+    if (!t || !ecs_handles_reserve(w, 1) || !reserve_rows(w, t, 1, values, count) ||
         (w->head.sparse_count && !sparse_reserve(w, 1, ids, values, count)))
         return KD_NO_ENTITY;
-    kd_entity e = handle_take(w);
+    kd_entity e = ecs_handle_take(w);
     uint32_t row = ecs_table_append(w, t, e, NULL, 0);
     ecs_place(w, e, t, row);
     write_row(w, t, row, ids, values, count);
@@ -324,10 +323,10 @@ static kd_entity spawn_on_path(kd_world *w, const ecs_path *p, const kd_value *v
     ecs_table *t = p->table;
     for (uint32_t i = 0; i < p->count; i++)
         from[i] = values[i].value;
-    if (!handles_reserve(w, 1) || !reserve_rows(w, t, 1, from, p->count) ||
+    if (!ecs_handles_reserve(w, 1) || !reserve_rows(w, t, 1, from, p->count) ||
         (p->sparse && !sparse_reserve(w, 1, p->ids, from, p->count)))
         return KD_NO_ENTITY;
-    kd_entity e = handle_take(w);
+    kd_entity e = ecs_handle_take(w);
     uint32_t row = ecs_table_append(w, t, e, NULL, 0);
     ecs_place(w, e, t, row);
     for (uint32_t i = 0; i < p->count; i++) {
@@ -413,7 +412,7 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
             return KD_NO_MEMORY;
     }
     ecs_table *t = table_of_ids(w, ids, component_count, 0);
-    if (!t || !handles_reserve(w, n) || !reserve_rows(w, t, n, from, component_count) ||
+    if (!t || !ecs_handles_reserve(w, n) || !reserve_rows(w, t, n, from, component_count) ||
         (w->head.sparse_count && !sparse_reserve(w, n, ids, from, component_count)))
         return KD_NO_MEMORY;
     if (!n)
@@ -422,7 +421,7 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
     t->count += n;
     kd_entity *entities = ecs_entities(t);
     for (uint32_t row = first; row < first + n; row++) {
-        entities[row] = handle_take(w);
+        entities[row] = ecs_handle_take(w);
         ecs_place(w, entities[row], t, row);
     }
     ecs_table_stamp(w, t, first, n);
@@ -451,7 +450,7 @@ static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row)
         ecs_sides_drop(w, e.index);
     ecs_table_release_rows(w, t, row, 1);
     ecs_table_remove(w, t, row);
-    handle_give(w, e);
+    ecs_handle_give(w, e);
 }
 
 /* Leaves first, and without a stack: descend to the first child until there is none, destroy, go back up. */

@@ -47,8 +47,7 @@ static uint32_t parent_index(const kd_world *w, uint32_t index)
     return t->depth ? ecs_parents(t)[ecs_row_of(w, index)].index : ECS_NONE;
 }
 
-/* The next entity of root's subtree in preorder, ECS_NONE at its end. */
-static uint32_t subtree_next(const kd_world *w, uint32_t root, uint32_t at)
+uint32_t ecs_subtree_next(const kd_world *w, uint32_t root, uint32_t at)
 {
     uint32_t child = ecs_first_child(w, at);
     if (child != ECS_NONE)
@@ -72,7 +71,7 @@ static kd_status reserve_subtree(kd_world *w, uint32_t root, uint32_t old_base, 
 {
     kd_status status = KD_OK;
     uint32_t reserved = 0;
-    for (uint32_t at = root; at != ECS_NONE && !status; at = subtree_next(w, root, at)) {
+    for (uint32_t at = root; at != ECS_NONE && !status; at = ecs_subtree_next(w, root, at)) {
         const ecs_table *t = ecs_table_of(w, at);
         bool too_deep = t->depth - old_base + (uint64_t)new_base > ECS_MAX_DEPTH;
         ecs_table *to = too_deep ? NULL : destination(w, at, old_base, new_base);
@@ -85,14 +84,14 @@ static kd_status reserve_subtree(kd_world *w, uint32_t root, uint32_t old_base, 
             reserved++;
         }
     }
-    for (uint32_t at = root; reserved; at = subtree_next(w, root, at), reserved--)
+    for (uint32_t at = root; reserved; at = ecs_subtree_next(w, root, at), reserved--)
         destination(w, at, old_base, new_base)->incoming = 0;
     return status;
 }
 
 static void move_subtree(kd_world *w, uint32_t root, uint32_t old_base, uint32_t new_base)
 {
-    for (uint32_t at = root; at != ECS_NONE; at = subtree_next(w, root, at)) {
+    for (uint32_t at = root; at != ECS_NONE; at = ecs_subtree_next(w, root, at)) {
         ecs_table *from = ecs_table_of(w, at), *to = destination(w, at, old_base, new_base);
         uint32_t from_row = ecs_row_of(w, at);
         kd_entity e = ecs_entities(from)[from_row];

@@ -315,6 +315,9 @@ void ecs_tables_fini(kd_world *w);
 bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row);
 /** Make an entity; pointers in `values` (NULL: default) may be changed by the call. */
 kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count);
+bool ecs_handles_reserve(kd_world *w, uint32_t n);
+kd_entity ecs_handle_take(kd_world *w); /* the index freed last comes first; room was reserved */
+void ecs_handle_give(kd_world *w, kd_entity e);
 kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value);
 static inline ecs_table *ecs_table_of(const kd_world *w, uint32_t index)
 {
@@ -377,6 +380,8 @@ void ecs_sides_fini(kd_world *w);
 bool ecs_hierarchy_reserve(kd_world *w, uint32_t index);
 void ecs_hierarchy_link(kd_world *w, uint32_t child, uint32_t parent); /* as last child; has no parent now */
 void ecs_hierarchy_unlink(kd_world *w, uint32_t child, uint32_t parent);
+/** The next entity of root's subtree in preorder, ECS_NONE at its end. */
+uint32_t ecs_subtree_next(const kd_world *w, uint32_t root, uint32_t at);
 static inline uint32_t ecs_first_child(const kd_world *w, uint32_t index)
 {
     return index < w->node_limit ? w->nodes[index].first : ECS_NONE;

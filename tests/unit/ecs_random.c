@@ -1,6 +1,7 @@
 /* Random programs against a naive model: the same calls on a world and on plain arrays, compared again and
  * again. KANDIL_SLOW=1 runs more and longer programs. */
 
+#include "runtime/ecs/instance.h"
 #include "runtime/ecs/snapshot.h"
 #include "tests/unit/ecs_fixture.h"
 
@@ -424,6 +425,85 @@ static void op_run(model *m)
     assert_int_equal(kd_world_merge(m->w), KD_OK);
 }
 
+enum { MOST_NODES = 24, MOST_COPIES = 3 };
+
+/* The model's subtree in preorder; returns how many nodes, at most `room`. */
+static int model_subtree(const model *m, int root, int *nodes, int room)
+{
+    int count = 1;
+    uint64_t after = 0;
+    if (room < 1)
+        return 0;
+    nodes[0] = root;
+    for (;;) {
+        int next = -1;
+        for (int c = 0; c < m->count; c++)
+            if (m->e[c].alive && m->e[c].parent == root && m->e[c].child_order > after &&
+                (next < 0 || m->e[c].child_order < m->e[next].child_order))
+                next = c;
+        if (next < 0)
+            return count;
+        after = m->e[next].child_order;
+        int below = model_subtree(m, next, nodes + count, room - count);
+        if (!below)
+            return 0;
+        count += below;
+    }
+}
+
+/* Copies are made node by node; where a copy came to lie is read from the world's lists of children. */
+static void op_instantiate(model *m)
+{
+    int nodes[MOST_NODES], copies[MOST_NODES][MOST_COPIES];
+    uint32_t n = 1 + random_below(&m->random, MOST_COPIES);
+    int root = pick_alive(m), parent = random_below(&m->random, 2) ? pick_alive(m) : -1;
+    int count = root < 0 ? 0 : model_subtree(m, root, nodes, MOST_NODES);
+    kd_entity roots[MOST_COPIES], above = parent < 0 ? KD_NO_ENTITY : m->e[parent].handle;
+    bool owns = false;
+    for (int k = 0; k < count; k++)
+        owns |= m->e[nodes[k]].has >> OWNER & 1;
+    if (!count || owns || m->count + count * MOST_COPIES > MOST - 30)
+        return;
+    assert_int_equal(kd_instantiate(m->w, m->e[root].handle, above, n, roots), KD_OK);
+    for (int k = 0; k < count; k++)
+        for (uint32_t i = 0; i < n; i++) {
+            const model_entity *of = &m->e[nodes[k]];
+            int from = 0;
+            kd_entity handle = roots[i];
+            if (k) {
+                while (nodes[from] != of->parent)
+                    from++;
+                handle = kd_first_child(m->w, m->e[copies[from][i]].handle);
+                for (int before = from + 1; before < k; before++)
+                    if (m->e[nodes[before]].parent == of->parent)
+                        handle = kd_next_sibling(m->w, handle);
+            }
+            assert_true(kd_alive(m->w, handle));
+            model_entity *e = model_add(m, handle, of->has);
+            copies[k][i] = (int)(e - m->e);
+            memcpy(e->numbers, of->numbers, sizeof e->numbers);
+            e->disabled = of->disabled;
+            e->parent = k ? copies[from][i] : parent;
+            e->child_order = ++m->clock;
+            e->name = of->name;
+            e->name_order = ++m->clock;
+        }
+}
+
+static void op_destroy_query(model *m)
+{
+    int q = (int)random_below(&m->random, QUERIES);
+    bool doomed[MOST] = {false};
+    if (q == 7 || !m->queries[q])
+        return; /* that one is everybody */
+    for (int i = 0; i < m->count; i++)
+        doomed[i] = m->e[i].alive && query_wants(q, m->e[i].has & ~m->e[i].disabled);
+    assert_int_equal(kd_destroy_query(m->queries[q]), KD_OK);
+    for (int i = 0; i < m->count; i++)
+        if (doomed[i] && m->e[i].alive)
+            model_drop(m, i);
+}
+
 /* Through bytes and back: the world that comes back is the one that was written. */
 static void op_snapshot(model *m)
 {
@@ -552,6 +632,10 @@ static void step(model *m)
         op = 3; /* enough of them: destroy more */
     if (random_below(&m->random, 50) == 0)
         op_run(m);
+    if (m->alive < 300 && m->count < MOST - 100 && random_below(&m->random, 25) == 0)
+        op_instantiate(m);
+    if (random_below(&m->random, 200) == 0)
+        op_destroy_query(m);
     if (m->plain && random_below(&m->random, 80) == 0)
         op_snapshot(m);
     if (m->count < MOST - 30)
