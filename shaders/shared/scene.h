@@ -91,7 +91,7 @@ struct kd_lights_params {
     /* ---- 4128 */
     mat4 shadow_matrix[KD_MAX_SHADOW_CASCADES * 2 + KD_MAX_SPOT_SHADOWS]; /* world to [0,1]^3; directional ones first */
     /* ---- 5664 */
-    vec4 kinds;         /* x: directional lights: they come first in `light`; yzw 0 */
+    vec4 kinds;         /* x: directional lights: they come first in `light`, y: smallest squared distance to a lamp [m^2]; zw 0 */
     vec4 cascade_texel_ws[KD_MAX_SHADOW_CASCADES * 2]; /* x: edge of a texel in metres, y: half depth range in metres */
     /* ---- 5808 */
 };

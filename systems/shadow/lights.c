@@ -12,8 +12,9 @@
 
 enum { FULL_SIZE_SPOTS = 4 };
 
-static const float SPOT_NEAR_M = 0.02f;  /* nothing nearer to a lamp casts its shadow */
-static const float SPOT_MAX_TANGENT = 8; /* 83 degrees: wider cones keep an unshadowed rim */
+static const float SPOT_NEAR = 1.0f / 2048; /* of what its light reaches: nothing nearer casts a shadow */
+static const float SPOT_MAX_TANGENT = 8;    /* 83 degrees: wider cones keep an unshadowed rim */
+static const float LAMP_SIZE = 1e-4f;       /* of the scene: nearer, a point source has no meaning */
 
 static struct kd_gl_vec4 row(kd_vec3 v, float w)
 {
@@ -34,8 +35,41 @@ static void warn_once(bool *warned, const char *text, unsigned limit)
     *warned = true;
 }
 
-static void fill_view(shadow_state *s, const kd_view *view, const kd_frame *frame)
+/* Where the near plane can stand without cutting anything drawn: a camera's own may be a few centimetres off
+ * a scene a kilometre away, whose depths would then be metres apart. A power of two: it stands still while
+ * the camera moves. */
+static float useful_near(const kd_view *view, const shadow_bounds *b)
 {
+    kd_vec3 f = view->forward_ws, half = kd_vec3_scale(kd_vec3_sub(b->high, b->low), 0.5f);
+    kd_vec3 to_middle = kd_vec3_sub(kd_vec3_add(b->low, half), view->position_ws);
+    float reach = fabsf(f.x) * half.x + fabsf(f.y) * half.y + fabsf(f.z) * half.z;
+    float nearest = kd_vec3_dot(to_middle, f) - reach * 1.01f;
+    if (b->empty || !(nearest > view->z_near) || nearest >= view->z_far)
+        return view->z_near;
+    return fmaxf(exp2f(floorf(log2f(nearest * 0.99f))), view->z_near);
+}
+
+/* What shaders see of the camera; the near plane of a perspective moves up to what is drawn. */
+static kd_view refine_view(const kd_view *given, const shadow_bounds *bounds)
+{
+    kd_view view = *given;
+    bool perspective = view.projection.m[11] < 0;
+    float n = perspective ? useful_near(&view, bounds) : view.z_near, f = view.z_far;
+    if (!(n > view.z_near))
+        return view;
+    view.z_near = n;
+    view.projection.m[10] = (f + n) / (n - f);
+    view.projection.m[14] = 2 * f * n / (n - f);
+    view.view_projection = kd_mat4_mul(&view.projection, &view.view);
+    view.inverse_view_projection = kd_mat4_inverse(&view.view_projection);
+    return view;
+}
+
+static void fill_view(shadow_state *s, const kd_view *given, const kd_frame *frame,
+                      const shadow_bounds *bounds)
+{
+    kd_view refined = refine_view(given, bounds);
+    const kd_view *view = &refined;
     float aspect = view->height > 0 ? (float)view->width / (float)view->height : 1;
     s->view = (struct kd_view_params){
         .view = gl_mat4(&view->view),
@@ -116,8 +150,8 @@ static void add_local_shadow(shadow_state *s, struct kd_light_params *p, const k
     }
     kd_vec3 position = {p->position_ws.x, p->position_ws.y, p->position_ws.z};
     kd_vec3 forward = {p->direction_ws.x, p->direction_ws.y, p->direction_ws.z};
-    float farthest = fmaxf(shadow_farthest(bounds, position) * 1.01f, 2 * SPOT_NEAR_M);
-    float z_far = light->range > 2 * SPOT_NEAR_M ? fminf(light->range, farthest) : farthest;
+    float farthest = shadow_farthest(bounds, position) * 1.01f;
+    float z_far = light->range > 0 ? fminf(light->range, farthest) : farthest;
     float tangent = light->type == KD_POINT    ? 1
                     : light->outer_cone < 1.5f ? tanf(light->outer_cone)
                                                : SPOT_MAX_TANGENT;
@@ -126,7 +160,7 @@ static void add_local_shadow(shadow_state *s, struct kd_light_params *p, const k
     p->shadow = (struct kd_gl_vec4){(float)index, (float)count, (float)s->spot_layers, p->shadow.w};
     for (uint32_t i = 0; i < count; i++, s->spot_layers++) {
         kd_vec3 axis = light->type == KD_POINT ? shadow_cube_axis(i) : forward;
-        kd_mat4 matrix = shadow_spot_matrix(position, axis, tangent, SPOT_NEAR_M, z_far);
+        kd_mat4 matrix = shadow_spot_matrix(position, axis, tangent, z_far * SPOT_NEAR, z_far);
         add_layer(s, &matrix, index + i, false, s->spot_layers);
     }
 }
@@ -197,10 +231,11 @@ void shadow_lights_run(kd_system_context *context)
     shadow_state *s = lighting->internal;
     shadow_bounds bounds = {list->bounds_min_ws, list->bounds_max_ws, list->draw_count == 0};
     begin_lights(s, frame);
-    fill_view(s, view, frame);
+    fill_view(s, view, frame, &bounds);
     add_lights(s, true, view, frame, &bounds);
     lighting->directional_count = s->lights.count.x;
-    s->lights.kinds.x = (float)s->lights.count.x;
+    float lamp = LAMP_SIZE * kd_vec3_length(kd_vec3_sub(bounds.high, bounds.low));
+    s->lights.kinds = (struct kd_gl_vec4){(float)s->lights.count.x, fmaxf(lamp * lamp, 1e-20f), 0, 0};
     add_lights(s, false, view, frame, &bounds);
     lighting->light_count = s->lights.count.x;
     if (shadow_cull(s, w, list, kd_singleton(w, kd_scene_store)) == KD_OK)

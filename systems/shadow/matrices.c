@@ -9,6 +9,8 @@
 static const float CASCADE_RATIO =
     2.5f; /* of neighbouring radii: two and a half cascades span 1:16, a room to a hall */
 
+static const float SMALLEST = 1e-12f; /* of any extent, in whatever unit a scene is made */
+
 static void write_row(kd_mat4 *m, int row, kd_vec3 v, float w)
 {
     m->m[row] = v.x;
@@ -34,7 +36,7 @@ static float clampf(float x, float low, float high)
  * little, so that one caster that walks does not have all others drawn again. */
 static float quantize_radius(float radius)
 {
-    return exp2f(ceilf(log2f(fmaxf(radius, 1e-3f)) * 2) / 2);
+    return exp2f(ceilf(log2f(fmaxf(radius, SMALLEST)) * 2) / 2);
 }
 
 float shadow_farthest(const shadow_bounds *b, kd_vec3 p)
@@ -52,7 +54,7 @@ static void depth_range(const shadow_bounds *b, kd_vec3 direction, float *low, f
     kd_vec3 half = kd_vec3_scale(kd_vec3_sub(b->high, b->low), 0.5f);
     float middle = kd_vec3_dot(centre, direction);
     float reach = fabsf(direction.x) * half.x + fabsf(direction.y) * half.y + fabsf(direction.z) * half.z;
-    reach = reach * 1.01f + 0.01f;
+    reach = fmaxf(reach * 1.01f + 0.002f * kd_vec3_length(half), SMALLEST); /* a flat scene has a depth too */
     float step = exp2f(ceilf(log2f(reach)) - 4);
     *low = floorf((middle - reach) / step) * step;
     *high = ceilf((middle + reach) / step) * step;
