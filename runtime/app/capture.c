@@ -78,7 +78,11 @@ kd_status app_capture_check(const app_options *options) {
             status = kd_file_out_open(&probe, path);
         if (status != KD_OK)
             return status;
+        bool plain = probe.temp[0] != '\0';
         kd_file_out_cancel(&probe);
+        if (options->outputs[i].kind == APP_OUTPUT_FILM && !plain)
+            return kd_fail(KD_UNSUPPORTED, "%s: is a pipe or device, which cannot hold a film; name a plain file",
+                           options->outputs[i].path);
         if (options->outputs[i].kind == APP_OUTPUT_FILM && !app_find_program("ffmpeg", path, sizeof path))
             return kd_fail(KD_NOT_FOUND,
                            "%s: ffmpeg was not found in PATH; install it, or write %%04d.png files",

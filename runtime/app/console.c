@@ -47,8 +47,10 @@ static void sink(void *user, kd_log_level level, const char *text) {
     if (level == KD_LOG_ERROR && console.capture) {
         snprintf(console.capture, console.capture_size, "%s", text);
     } else if (level == KD_LOG_ERROR || (level > KD_LOG_DEBUG && !console.quiet)) {
+        /* What fails after the first failure follows from it. */
+        if (level != KD_LOG_ERROR || !console.said_error)
+            print(level, text);
         console.said_error = console.said_error || level == KD_LOG_ERROR;
-        print(level, text);
     }
     pthread_mutex_unlock(&console.lock);
 }

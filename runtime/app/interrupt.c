@@ -21,6 +21,7 @@ void app_interrupt_install(void) {
         sigaction(numbers[i], &action, NULL);
     struct sigaction ignore = {.sa_handler = SIG_IGN};
     sigaction(SIGPIPE, &ignore, NULL);
+    sigaction(SIGXFSZ, &ignore, NULL); /* writing then fails, and says so */
 }
 
 bool app_interrupted(void) {

@@ -19,14 +19,21 @@
 #define MAX_FRAMES  100000000
 #define MAX_BENCH_N 50000000
 
-const char *const app_gi_words[] = {"cones", "none", NULL};
-const char *const app_view_words[] = {"final",  "direct", "indirect", "ao",     "specular",
-                                      "albedo", "normal", "depth",    "octree", NULL};
+/* Lists of words, for the readers and for the help. */
+#define GI_LIST(X)   X("cones") X("none")
+#define VIEW_LIST(X) \
+    X("final") X("direct") X("indirect") X("ao") X("specular") X("albedo") X("normal") X("depth") X("octree")
+#define CONTEXT_LIST(X) \
+    X("auto") X("glfw") X("egl") X("egl-device") X("egl-surfaceless") X("egl-software") X("osmesa")
+#define WORD(word)   word,
+#define SPACED(word) " " word
+
+const char *const app_gi_words[] = {GI_LIST(WORD) NULL};
+const char *const app_view_words[] = {VIEW_LIST(WORD) NULL};
 _Static_assert(sizeof app_view_words / sizeof *app_view_words == KD_VIEW_MODE_COUNT + 1,
                "a view lacks its word");
 
-static const char *const context_words[] = {"auto",         "glfw",   "egl", "egl-device", "egl-surfaceless",
-                                            "egl-software", "osmesa", NULL};
+static const char *const context_words[] = {CONTEXT_LIST(WORD) NULL};
 _Static_assert(sizeof context_words / sizeof *context_words == KD_CONTEXT_API_COUNT + 1,
                "a context lacks its word");
 
@@ -290,15 +297,14 @@ static const app_option_row run_options[] = {
      "threads; 0, the default, takes one per processor. Never changes the result"},
     {"--out", "PATH", read_out,
      "repeatable: .png, .exr (last frame; every frame with a number such as %04d), .mp4"},
-    {"--context", "API", read_context, "auto, glfw, egl, egl-device, egl-surfaceless, egl-software, osmesa"},
+    {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
     {"--window", NULL, read_window, "show a window; it is closed to end"},
     {"--asset-root", "DIR", read_asset_root,
      "repeatable: a folder beside the scenario's own from which it may load"},
-    {"--gi", "TECHNIQUE", read_gi, "indirect light: cones (default) or none"},
+    {"--gi", "TECHNIQUE", read_gi, "indirect light, the first by default:" GI_LIST(SPACED)},
     {"--set", "KEY=VALUE", read_set,
      "repeatable: a setting, or an entity's field such as lamp.light.intensity=5"},
-    {"--view", "VIEW", read_view,
-     "final, direct, indirect, ao, specular, albedo, normal, depth, octree, light"},
+    {"--view", "VIEW", read_view, "what the picture shows, one of:" VIEW_LIST(SPACED)},
     {"--level", "L", read_level, "tree level that --view octree shows; default: the finest"},
     {"--profile", "table", read_profile, "print the time of every system at the end"},
     {"--profile-sync", NULL, read_profile_sync,
@@ -415,6 +421,11 @@ static kd_status read_arguments(app_options *out, const app_command_row *row, in
             status = read_option(out, row->name, argc, argv, &i);
         else
             status = read_subject(out, row, argv[i]);
+    }
+    for (uint32_t i = 0; i < out->output_count && status == KD_OK; i++) {
+        const char *path = out->outputs[i].path;
+        if ((out->stats && strcmp(path, out->stats) == 0) || (out->graph && strcmp(path, out->graph) == 0))
+            return kd_fail(KD_USAGE, "--out: %s is written by another option too; choose another name", path);
     }
     if (status == KD_OK && row->subject && row->subject[0] != '[' && !out->subject)
         return kd_fail(KD_USAGE, "%s needs a %s; write `kandil %s %s`", row->name, row->subject, row->name,

@@ -30,6 +30,9 @@ static kd_status fail_errno(const char *path, const char *action)
     case EFBIG:
         return kd_fail(KD_DISK_FULL, "%s: no space left (%s); make room or choose another disk", path,
                        action);
+    case ENXIO:
+        return kd_fail(KD_IO, "%s: is a pipe that nobody reads (%s); start the reader first, or name a file", path,
+                       action);
     case ENAMETOOLONG:
         return kd_fail(KD_OUT_OF_RANGE, "%s: the name is too long (%s); use a shorter one", path, action);
     case ENOMEM:
@@ -119,7 +122,10 @@ static kd_status choose_temp(kd_file_out *out)
 
 static kd_status open_stream(kd_file_out *out, const char *name, int flags, mode_t mode)
 {
-    int fd = open(name, O_WRONLY | O_CLOEXEC | flags, 0666);
+    /* Not to wait for a reader when it is a named pipe; from then on writing may well wait. */
+    int fd = open(name, O_WRONLY | O_CLOEXEC | O_NONBLOCK | flags, 0666);
+    if (fd >= 0)
+        fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) & ~O_NONBLOCK);
     if (fd >= 0 && mode)
         fchmod(fd, mode);
     out->stream = fd >= 0 ? fdopen(fd, "wb") : NULL;
