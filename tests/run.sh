@@ -2,8 +2,8 @@
 # Test everything: install what is missing, then
 #   release  gcc, every test
 #   clang    the whole tree compiles without a warning
-#   asan     address and undefined sanitizers: unit tests, and hostile input against the program
-#   tsan     thread sanitizer: jobs, ECS and scheduling
+#   asan     address and undefined sanitizers: unit and GPU tests, and hostile input against the program
+#   tsan     thread sanitizer: jobs, ECS, scheduling, and the program itself
 # The last line counts the test cases of all builds; a build that fails counts as one failed case.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -88,17 +88,17 @@ build debug clang || true
 
 cc=gcc cxx=g++
 if build asan asan; then
-    run_tests asan --label-regex '^(unit|fuzz)$'
+    run_tests asan --label-regex '^(unit|gpu|fuzz)$'
 fi
 
 # The thread sanitizer of gcc 12 cannot live with the address layout of newer kernels unless it is fixed.
 if setarch "$(uname -m)" -R true 2> /dev/null; then
     wrapper="setarch $(uname -m) -R"
 fi
-threaded=$(targets_of 'jobs_*.c' 'ecs_*.c' '*schedule*.c')
+threaded=$(targets_of 'jobs_*.c' 'ecs_*.c' '*schedule*.c' 'app_program.c')
 # shellcheck disable=SC2086 # one word a target
-if build tsan tsan $threaded; then
-    run_tests tsan --tests-regex '^(jobs_|ecs_|.*schedule)'
+if build tsan tsan --target kandil $threaded; then
+    run_tests tsan --tests-regex '^(jobs_|ecs_|app_program|.*schedule)'
 fi
 
 echo
