@@ -393,6 +393,9 @@ void ecs_names_fini(kd_world *w);
 
 /* query.c */
 bool ecs_queries_add_table(kd_world *w, ecs_table *t); /* false when out, nothing added */
+/** Narrow a fresh iterator to the rows [begin, end) of one matched table; ecs_iter_next_limited shows them. */
+void ecs_iter_limit(kd_iter *it, uint32_t match, uint32_t begin, uint32_t end);
+bool ecs_iter_next_limited(kd_iter *it);
 void ecs_queries_fini(kd_world *w);
 
 /* observer.c */

@@ -389,7 +389,7 @@ static bool nothing_there(const kd_query *q)
 static bool next_narrowed(kd_iter *it, const ecs_match *m)
 {
     const kd_query *q = it->query;
-    uint32_t begin = it->next_row, end = m->table->count;
+    uint32_t limit = it->row_limit ? it->row_limit : m->table->count, begin = it->next_row, end = limit;
     while (begin < end) {
         if (it->changed_since && !next_changed_run(it, m, &begin, &end))
             return false;
@@ -400,9 +400,21 @@ static bool next_narrowed(kd_iter *it, const ecs_match *m)
         if (next_row_run(it, m, begin, end))
             return true;
         it->next_row = begin = end;
-        end = m->table->count;
+        end = limit;
     }
     return false;
+}
+
+void ecs_iter_limit(kd_iter *it, uint32_t match, uint32_t begin, uint32_t end)
+{
+    it->next_table = match;
+    it->next_row = begin;
+    it->row_limit = end;
+}
+
+bool ecs_iter_next_limited(kd_iter *it)
+{
+    return it->next_row < it->row_limit && next_narrowed(it, &it->query->matches[it->next_table]);
 }
 
 bool kd_iter_next(kd_iter *it)

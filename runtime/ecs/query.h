@@ -72,6 +72,7 @@ typedef struct kd_query_desc {
 } kd_query_desc;
 
 typedef struct kd_query kd_query;
+struct kd_jobs;
 
 /** Make a query or find the equal one made before (counted). Returns NULL when memory is out. Threading: any.
  */
@@ -87,7 +88,7 @@ typedef struct kd_iter {
     kd_query *query;
     uint64_t changed_since; /* 0: visit all; else only chunks in which an accessed term changed after this
                                version */
-    uint32_t next_table, next_row;
+    uint32_t next_table, next_row, row_limit;
     void *internal[2];
 } kd_iter;
 
@@ -96,6 +97,18 @@ kd_iter kd_query_iter(kd_query *q);
 /** Show the next rows: a table's, or with changed_since a run of its changed chunks. Structural changes while
  * iterating assert; without assertions they are reported once and the iteration ends. */
 bool kd_iter_next(kd_iter *it);
+/** Called with some of the matching rows, on any worker: `rows` is used like an iterator that kd_iter_next has just
+ * advanced (columns are got from it, it is not advanced). */
+typedef void kd_rows_fn(kd_iter *rows, kd_commands *commands, void *user);
+/** Visit all matching rows, shared among the workers of `jobs` (NULL: here). What is too short to gain from a second
+ * thread runs on the calling one. Calls may come in any order and cut the rows anywhere: change only what belongs to
+ * the rows, and record commands row by row, then they are merged in the order of rows at any thread count.
+ *  command_key  of the commands recorded, to which the row's number is added; a system gives context->command_key
+ *  Errors       NO_MEMORY, only for queries of more than 256 tables; nothing was visited
+ *  Threading    the owner of the world, or a system or job that declared the access */
+kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_key, kd_rows_fn *fn,
+                            void *user);
+
 /** Take the world's change counter: keep it and set it as an iterator's changed_since to see what is accessed
  * for writing, added or moved after this call (chunk by chunk). Threading: any. */
 uint64_t kd_world_version(const kd_world *w);
