@@ -5,19 +5,23 @@
 
 #include <assert.h>
 
+#include "runtime/core/clock.h"
 #include "runtime/ecs/internal.h"
 #include "runtime/jobs/jobs.h"
 
 #define FEW_TABLES 256u
-#define LINE_ROWS                                                                                            \
-    16u /* of 4-byte values a cache line: workers are given whole lines, so as not to fight for one */
+#define FEW_LINES  256u
+#define TRIED_PART 8u
+#define SHORT_NS   10000u /* about the price of waking a second thread */
+/* Of 4-byte values a cache line: workers are given whole lines, so as not to fight for one. */
+#define LINE_ROWS 16u
 
 typedef struct parallel {
     kd_query *query;
     kd_rows_fn *fn;
     void *user;
     uint64_t key;
-    uint32_t total;
+    uint32_t total, done;   /* rows; lines done before the rest was shared */
     const uint32_t *starts; /* [match_count + 1]: number of each table's first row, then of all rows */
 } parallel;
 
@@ -72,6 +76,39 @@ static void run_range(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     c->key = key;
 }
 
+/* A loop that is too short for kd_jobs_parallel_for to try it out: time its first part here. Returns the lines done,
+ * which are all of them when the rest is not worth another thread either. */
+static uint32_t try_out(parallel *p, uint32_t lines, uint32_t worker)
+{
+    uint32_t part = (lines + TRIED_PART - 1) / TRIED_PART;
+    uint64_t begun = kd_clock_ns();
+    run_range(p, 0, part, worker);
+    if ((kd_clock_ns() - begun) * TRIED_PART >= SHORT_NS)
+        return part;
+    if (part < lines)
+        run_range(p, part, lines, worker);
+    return lines;
+}
+
+static void run_rest(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
+    const parallel *p = user;
+    run_range(user, begin + p->done, end + p->done, worker);
+}
+
+static void run_all(parallel *p, kd_jobs *jobs, uint32_t lines)
+{
+    uint32_t worker = jobs ? kd_jobs_worker(jobs) : 0;
+    if (!jobs || kd_jobs_threads(jobs) == 1) {
+        run_range(p, 0, lines, worker);
+        return;
+    }
+    if (lines < FEW_LINES)
+        p->done = try_out(p, lines, worker);
+    if (p->done < lines)
+        kd_jobs_parallel_for(jobs, lines - p->done, 0, run_rest, p);
+}
+
 kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_key, kd_rows_fn *fn,
                             void *user)
 {
@@ -81,13 +118,11 @@ kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_
         starts = ecs_grow(w, NULL, 0, (q->match_count + 1) * sizeof *starts);
     if (!starts)
         return KD_NO_MEMORY;
-    parallel p = {q, fn, user, command_key, number_rows(q, starts), starts};
+    parallel p = {q, fn, user, command_key, number_rows(q, starts), 0, starts};
     uint32_t lines = (p.total + LINE_ROWS - 1) / LINE_ROWS;
     uint64_t structure = w->structure;
-    if (lines && jobs)
-        kd_jobs_parallel_for(jobs, lines, 0, run_range, &p);
-    else if (lines)
-        run_range(&p, 0, lines, 0);
+    if (lines)
+        run_all(&p, jobs, lines);
     assert(structure == w->structure &&
            "structure changed in kd_query_parallel; record the change with kd_commands");
     (void)structure;

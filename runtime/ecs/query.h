@@ -105,7 +105,7 @@ typedef void kd_rows_fn(kd_iter *rows, kd_commands *commands, void *user);
  * the rows, and record commands row by row, then they are merged in the order of rows at any thread count.
  *  command_key  of the commands recorded, to which the row's number is added; a system gives context->command_key
  *  Errors       NO_MEMORY, only for queries of more than 256 tables; nothing was visited
- *  Threading    the owner of the world, or a system or job that declared the access */
+ *  Threading    a worker of `jobs` (the thread that made it is one) that may access the components */
 kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_key, kd_rows_fn *fn,
                             void *user);
 

@@ -38,6 +38,9 @@ bool ecs_side_reserve(kd_world *w, kd_component_id id, uint32_t index, uint32_t 
 {
     ecs_side *s = ecs_side_ensure(w, id);
     uint32_t size = w->components[id].size;
+    if (s && index / ECS_PAGE < s->page_limit && s->pages[index / ECS_PAGE] &&
+        n <= s->entity_capacity - s->count && (!size || n <= s->value_capacity - s->count))
+        return true;
     return s && n <= ECS_ROW_MASK - s->count && pages_reserve(w, s, index) &&
            ecs_reserve(w, &s->entities, &s->entity_capacity, s->count, s->count + n, sizeof *s->entities) &&
            (!size || ecs_reserve(w, &s->values, &s->value_capacity, s->count, s->count + n, size));
