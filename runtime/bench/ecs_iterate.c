@@ -55,9 +55,10 @@ static void bench_query(bench_run *run, const char *name, uint32_t n, double vis
     bench_report(&b);
 }
 
-static void step_rows(void *user, uint32_t begin, uint32_t end, uint32_t worker) {
-    (void)worker;
-    plain_share(user, begin, end);
+static void step_rows(kd_iter *rows, kd_commands *commands, void *user) {
+    (void)commands;
+    (void)user;
+    bench_step(KD_COLUMN_MUT(rows, bench_position, 0), KD_COLUMN(rows, bench_velocity, 1), rows->count);
 }
 
 static void bench_query_split(bench_run *run, uint32_t n, kd_query *q) {
@@ -68,11 +69,8 @@ static void bench_query_split(bench_run *run, uint32_t n, kd_query *q) {
     while (bench_more(&b)) {
         bench_start(&b);
         for (uint32_t j = 0; j < inner; j++)
-            for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);) {
-                plain_arrays a = {KD_COLUMN_MUT(&it, bench_position, 0),
-                                  (bench_velocity *)(uintptr_t)KD_COLUMN(&it, bench_velocity, 1)};
-                kd_jobs_parallel_for(run->jobs, it.count, 0, step_rows, &a);
-            }
+            if (kd_query_parallel(q, run->jobs, 0, step_rows, NULL) != KD_OK)
+                bench_fail(run);
         bench_stop(&b);
     }
     bench_report(&b);
