@@ -65,6 +65,8 @@ static void read_limits(kd_gpu *gpu) {
     info->storage_alignment = get_int(gpu, GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT);
     info->uniform_alignment = get_int(gpu, GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT);
     gpu->max_storage_bindings = get_int(gpu, GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS);
+    if (gpu->max_storage_bindings > GPU_MAX_STORAGE)
+        gpu->max_storage_bindings = GPU_MAX_STORAGE;
     gpu->max_texture_units = get_int(gpu, GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS);
     gpu->max_image_units = get_int(gpu, GL_MAX_IMAGE_UNITS);
     gpu->max_texture_2d = get_int(gpu, GL_MAX_TEXTURE_SIZE);

@@ -64,7 +64,9 @@
     X(GetIntegerv, GETINTEGERV)                                                                              \
     X(GetNamedBufferSubData, GETNAMEDBUFFERSUBDATA)                                                          \
     X(GetProgramInfoLog, GETPROGRAMINFOLOG)                                                                  \
+    X(GetProgramInterfaceiv, GETPROGRAMINTERFACEIV)                                                          \
     X(GetProgramiv, GETPROGRAMIV)                                                                            \
+    X(GetProgramResourceiv, GETPROGRAMRESOURCEIV)                                                            \
     X(GetQueryObjectiv, GETQUERYOBJECTIV)                                                                    \
     X(GetQueryObjectui64v, GETQUERYOBJECTUI64V)                                                              \
     X(GetQueryiv, GETQUERYIV)                                                                                \

@@ -200,6 +200,8 @@ kd_gpu_target kd_gpu_make_target(kd_gpu *gpu, const kd_gpu_target_desc *desc);
 void kd_gpu_destroy_target(kd_gpu *gpu, kd_gpu_target target);
 
 /* ---- passes ---- */
+/** Bind a whole buffer. What cannot be bound (a failed handle, more than max_ssbo_bytes) leaves the binding
+ * empty, and dispatches and draws of programs that use it do nothing until it is bound again. */
 void kd_gpu_bind_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer buffer);
 void kd_gpu_bind_storage_range(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer buffer, size_t offset,
                                size_t size);
@@ -216,6 +218,9 @@ void kd_gpu_bind_image(kd_gpu *gpu, uint32_t unit, kd_gpu_texture texture, uint3
                        kd_image_access access, kd_texture_format format);
 void kd_gpu_dispatch(kd_gpu *gpu, kd_gpu_program program, uint32_t x, uint32_t y,
                      uint32_t z); /* groups; 0 does nothing */
+/** Dispatch any number of groups in rows over x and y; the shader takes linear_index() of
+ * shaders/include/linear.glsl and leaves out indices beyond its count: the last row may be longer. */
+void kd_gpu_dispatch_linear(kd_gpu *gpu, kd_gpu_program program, uint32_t groups);
 void kd_gpu_dispatch_indirect(kd_gpu *gpu, kd_gpu_program program, kd_gpu_buffer args, size_t offset);
 
 typedef enum kd_cull { KD_CULL_BACK, KD_CULL_NONE, KD_CULL_FRONT } kd_cull;

@@ -16,7 +16,7 @@
 enum {
     GPU_FRAMES = 3,       /* frames of uniforms that the GPU may lag behind */
     GPU_TIMER_FRAMES = 4, /* frames of timestamps in flight */
-    GPU_MAX_STORAGE = 32, /* cached bindings; higher ones go to GL uncached */
+    GPU_MAX_STORAGE = 32, /* bindings, one bit each in masks; higher ones are refused */
     GPU_MAX_TEXTURES = 32,
     GPU_MAX_NAME = 48,
     GPU_MAX_COMPLAINTS = 32 /* misuse found in frame code repeats every frame: log the first ones only */
@@ -65,6 +65,7 @@ typedef struct gpu_texture {
 typedef struct gpu_program {
     GLuint gl;
     bool compute;
+    uint32_t storage; /* mask of the storage bindings that it uses */
     char name[GPU_MAX_NAME];
 } gpu_program;
 
@@ -136,6 +137,7 @@ struct kd_gpu {
 
     uint32_t program; /* id in use */
     gpu_storage_binding storage[GPU_MAX_STORAGE];
+    uint32_t refused_storage; /* mask of bindings whose last bind was refused: what uses one does not run */
     uint32_t texture_units[GPU_MAX_TEXTURES];
     GLuint empty_vao, vao, bound_vao;
     kd_gpu_geometry geometry; /* that vao is set up for, if geometry_known */
@@ -181,7 +183,8 @@ uint32_t gpu_level_size(uint32_t size, uint32_t level);
 /** Bytes of one level with all its layers or slices, in the natural layout. */
 size_t gpu_level_bytes(const gpu_texture *texture, uint32_t level);
 
-/** Use a program unless it is in use. Returns false (with a complaint) when it cannot be. */
+/** Use a program unless it is in use. Returns false when it cannot be, with a complaint: here, or before when
+ * the bind of a buffer that it uses was refused. */
 bool gpu_use_program(kd_gpu *gpu, kd_gpu_program program, bool compute, const char *call);
 void gpu_bind_vao(kd_gpu *gpu, GLuint vao);
 

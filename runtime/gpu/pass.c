@@ -17,25 +17,48 @@ void kd_gpu_bind_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle) {
     kd_gpu_bind_storage_range(gpu, binding, handle, 0, kd_gpu_buffer_size(gpu, handle));
 }
 
-void kd_gpu_bind_storage_range(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset,
-                               size_t size) {
+/* Complains when the range cannot be bound. Returns NULL then. */
+static const gpu_buffer *check_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset,
+                                       size_t size) {
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "bind_storage");
-    gpu_storage_binding *cached = binding < GPU_MAX_STORAGE ? &gpu->storage[binding] : NULL;
     if (!buffer || !gpu_range_fits(gpu, buffer, offset, size, "bind_storage") ||
         !is_aligned(gpu, buffer, offset, gpu->info.storage_alignment, "bind_storage"))
-        return;
+        return NULL;
     if (binding >= (uint32_t)gpu->max_storage_bindings || !size || (int64_t)size > gpu->info.max_ssbo_bytes) {
-        gpu_complain(
-            gpu, "bind_storage: %zu bytes of %s at binding %u (the driver has %d bindings of %lld bytes)",
-            size, buffer->name, binding, gpu->max_storage_bindings, (long long)gpu->info.max_ssbo_bytes);
+        gpu_complain(gpu,
+                     "bind_storage: %zu bytes of %s at binding %u (there are %d bindings of %lld bytes); "
+                     "passes that use "
+                     "it are left out",
+                     size, buffer->name, binding, gpu->max_storage_bindings,
+                     (long long)gpu->info.max_ssbo_bytes);
+        return NULL;
+    }
+    return buffer;
+}
+
+/* What was bound there before must not be taken for what was asked for. */
+static void refuse_storage(kd_gpu *gpu, uint32_t binding) {
+    if (binding >= (uint32_t)gpu->max_storage_bindings)
+        return;
+    gpu->gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, 0);
+    gpu->storage[binding] = (gpu_storage_binding){0};
+    gpu->refused_storage |= 1u << binding;
+}
+
+void kd_gpu_bind_storage_range(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset,
+                               size_t size) {
+    const gpu_buffer *buffer = check_storage(gpu, binding, handle, offset, size);
+    if (!buffer) {
+        refuse_storage(gpu, binding);
         return;
     }
-    if (cached && cached->id == handle.id && cached->offset == offset && cached->size == size)
+    gpu_storage_binding *cached = &gpu->storage[binding];
+    if (cached->id == handle.id && cached->offset == offset && cached->size == size)
         return;
     gpu->gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, binding, buffer->gl, (GLintptr)offset,
                             (GLsizeiptr)size);
-    if (cached)
-        *cached = (gpu_storage_binding){handle.id, offset, size};
+    *cached = (gpu_storage_binding){handle.id, offset, size};
+    gpu->refused_storage &= ~(1u << binding);
 }
 
 void kd_gpu_bind_uniform_buffer(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset,
@@ -86,6 +109,15 @@ void kd_gpu_dispatch(kd_gpu *gpu, kd_gpu_program program, uint32_t x, uint32_t y
         return;
     }
     gpu->gl.DispatchCompute(x, y, z);
+}
+
+void kd_gpu_dispatch_linear(kd_gpu *gpu, kd_gpu_program program, uint32_t groups) {
+    /* Drivers need not take more groups on an axis, and y takes no more even where x does. */
+    const uint32_t row = 65535;
+    if (!groups)
+        return;
+    uint32_t rows = groups / row + (groups % row != 0);
+    kd_gpu_dispatch(gpu, program, groups / rows + (groups % rows != 0), rows, 1);
 }
 
 void kd_gpu_dispatch_indirect(kd_gpu *gpu, kd_gpu_program program, kd_gpu_buffer args, size_t offset) {

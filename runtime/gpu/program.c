@@ -121,6 +121,21 @@ static GLuint build(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *na
     return good ? program : 0;
 }
 
+static uint32_t list_storage(kd_gpu *gpu, GLuint program) {
+    static const GLenum what = GL_BUFFER_BINDING;
+    GLint count = 0;
+    uint32_t mask = 0;
+    gpu->gl.GetProgramInterfaceiv(program, GL_SHADER_STORAGE_BLOCK, GL_ACTIVE_RESOURCES, &count);
+    for (GLint i = 0; i < count; i++) {
+        GLint binding = 0;
+        gpu->gl.GetProgramResourceiv(program, GL_SHADER_STORAGE_BLOCK, (GLuint)i, 1, &what, 1, NULL,
+                                     &binding);
+        if (binding >= 0 && binding < GPU_MAX_STORAGE)
+            mask |= 1u << binding;
+    }
+    return mask;
+}
+
 kd_gpu_program kd_gpu_make_program(kd_gpu *gpu, const kd_gpu_program_desc *desc) {
     assert(gpu && desc && (desc->compute || desc->vertex));
     const char *path = desc->compute ? desc->compute : desc->fragment ? desc->fragment : desc->vertex;
@@ -137,6 +152,7 @@ kd_gpu_program kd_gpu_make_program(kd_gpu *gpu, const kd_gpu_program_desc *desc)
     }
     program->gl = gl;
     program->compute = desc->compute != NULL;
+    program->storage = list_storage(gpu, gl);
     gpu_copy_name(program->name, name, "program");
     gpu_label(gpu, GL_PROGRAM, gl, program->name);
     return (kd_gpu_program){id};
@@ -162,6 +178,8 @@ bool gpu_use_program(kd_gpu *gpu, kd_gpu_program handle, bool compute, const cha
         gpu_complain(gpu, "%s: program %s is of the other kind", call, program->name);
         return false;
     }
+    if (program->storage & gpu->refused_storage)
+        return false;
     if (gpu->program != handle.id) {
         gpu->gl.UseProgram(program->gl);
         gpu->program = handle.id;

@@ -1,6 +1,8 @@
 /* Three passes: sums of blocks of 32 words, one work group that scans the sums, ranks of the words. */
 #include "runtime/gpu/rank.h"
 
+#include "runtime/gpu/internal.h"
+
 #define BLOCK_WORDS 32u
 
 kd_status kd_gpu_rank_init(kd_gpu *gpu, kd_gpu_rank *rank)
@@ -20,20 +22,39 @@ void kd_gpu_rank_fini(kd_gpu *gpu, kd_gpu_rank *rank)
     *rank = (kd_gpu_rank){0};
 }
 
-void kd_gpu_rank_run(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, uint32_t first_mask, uint32_t words,
-                     kd_gpu_buffer ranks, uint32_t first_rank, kd_gpu_buffer counters, uint32_t counter)
+/* Complains about buffers that cannot be bound, before anything runs; makes room for the sums. */
+static kd_status prepare(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, kd_gpu_buffer ranks,
+                         uint32_t blocks)
+{
+    size_t a = kd_gpu_buffer_size(gpu, mask), b = kd_gpu_buffer_size(gpu, ranks), largest = a > b ? a : b;
+    if ((int64_t)largest > gpu->info.max_ssbo_bytes) {
+        gpu_complain(gpu, "rank: %zu bytes of mask or ranks, the driver binds %lld; make them smaller",
+                     largest, (long long)gpu->info.max_ssbo_bytes);
+        return KD_TOO_LARGE;
+    }
+    return kd_gpu_ensure_buffer(gpu, &rank->sums, (size_t)blocks * 4, 0, "rank.sums");
+}
+
+kd_status kd_gpu_rank_run(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, uint32_t first_mask,
+                          uint32_t words, kd_gpu_buffer ranks, uint32_t first_rank, kd_gpu_buffer counters,
+                          uint32_t counter)
 {
     uint32_t blocks = (words + BLOCK_WORDS - 1) / BLOCK_WORDS, groups = (blocks + 63) / 64;
     uint32_t pass[4] = {first_mask, words, first_rank, counter};
-    kd_gpu_ensure_buffer(gpu, &rank->sums, (size_t)blocks * 4, 0, "rank.sums");
+    kd_status status = prepare(gpu, rank, mask, ranks, blocks);
+    if (status) {
+        kd_gpu_fill_buffer(gpu, counters, (size_t)counter * 4, 4, 0);
+        return status;
+    }
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, mask);
     kd_gpu_bind_storage(gpu, 1, rank->sums);
     kd_gpu_bind_storage(gpu, 2, counters);
     kd_gpu_bind_storage(gpu, 3, ranks);
-    kd_gpu_dispatch(gpu, rank->sum, groups, 1, 1);
+    kd_gpu_dispatch_linear(gpu, rank->sum, groups);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_dispatch(gpu, rank->scan, 1, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    kd_gpu_dispatch(gpu, rank->write, groups, 1, 1);
+    kd_gpu_dispatch_linear(gpu, rank->write, groups);
+    return KD_OK;
 }

@@ -10,6 +10,7 @@ layout(std430, binding = 7) buffer nearest_block { uint nearest[]; };
 
 void fragment(uint triangle, uvec3 cell, vec3 bary);
 
+#include "shaders/include/linear.glsl"
 #include "shaders/voxel_cache/triangle.glsl"
 #include "shaders/voxel_cache/surface.glsl"
 
@@ -42,6 +43,7 @@ void fragment(uint triangle, uvec3 cell, vec3 bary)
 
 void main()
 {
-    if (gl_GlobalInvocationID.x < pass.chunk_size.w)
-        visit_column(gl_GlobalInvocationID.x);
+    uint column = linear_index();
+    if (column < pass.chunk_size.w)
+        visit_column(column);
 }

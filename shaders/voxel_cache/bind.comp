@@ -21,6 +21,7 @@ layout(std140, binding = 0) uniform pass_block {
 layout(std430, binding = 0) readonly buffer geometry_block { uint geometry[]; };
 layout(std430, binding = 2) readonly buffer indices_block { uint indices[]; };
 
+#include "shaders/include/linear.glsl"
 #include "shaders/include/triangle_point.glsl"
 
 vec3 cell_position(uint vertex)
@@ -90,7 +91,7 @@ void bind(uint voxel, uint bit)
 
 void main()
 {
-    uint word = gl_GlobalInvocationID.x;
+    uint word = linear_index();
     if (word >= pass.chunk_size.w)
         return;
     uint bits = mask[word], voxel = ranks[word];

@@ -2,6 +2,7 @@
 layout(local_size_x = 64) in;
 
 #include "shaders/shared/voxel.h"
+#include "shaders/include/linear.glsl"
 #include "shaders/include/voxel_pack.glsl"
 
 layout(std140, binding = 0) uniform pass_block {
@@ -33,7 +34,7 @@ void pack(uint voxel, uint bit)
 
 void main()
 {
-    uint word = gl_GlobalInvocationID.x;
+    uint word = linear_index();
     if (word >= pass.chunk_size.w)
         return;
     uint bits = mask[word], voxel = ranks[word];

@@ -53,14 +53,23 @@ static struct pass_params params_of(const kd_scene_store *store, const kd_voxel_
     return pass;
 }
 
-/* Grow the cache by doubling: buffers are copied when they grow, so few growths matter more than a tight fit. */
+/* A buffer of the given size, if shaders can have one that large at all. */
+static kd_status ensure(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, size_t keep, const char *name)
+{
+    if (size > (size_t)kd_gpu_get_info(gpu)->max_ssbo_bytes)
+        return KD_TOO_LARGE;
+    return kd_gpu_ensure_buffer(gpu, buffer, size, keep, name);
+}
+
+/* Grow the cache by half: buffers are copied when they grow, so few growths matter more than a tight fit. */
 static kd_status grow(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t used, size_t more, const char *name)
 {
     size_t have = buffer->id ? kd_gpu_buffer_size(gpu, *buffer) : 0, want = used + more;
+    size_t most = (size_t)kd_gpu_get_info(gpu)->max_ssbo_bytes;
     if (want <= have)
         return KD_OK;
     size_t size = have + have / 2 > want ? have + have / 2 : want + want / 4;
-    return kd_gpu_ensure_buffer(gpu, buffer, size, used, name);
+    return ensure(gpu, buffer, size > most && want <= most ? most : size, used, name);
 }
 
 static kd_status grow_cache(kd_gpu *gpu, kd_voxel_scene *scene, uint32_t voxels, uint32_t bindings)
@@ -75,11 +84,10 @@ static kd_status grow_cache(kd_gpu *gpu, kd_voxel_scene *scene, uint32_t voxels,
     return status;
 }
 
-/* Bind what both triangle passes read, and mark the cells. Returns the number of voxels. */
-static uint32_t mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const struct pass_params *pass,
-                           uint32_t words)
+/* Bind what both triangle passes read, and mark the cells; gives the number of voxels. */
+static kd_status mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store,
+                            const struct pass_params *pass, uint32_t words, uint32_t *count)
 {
-    uint32_t count = 0;
     kd_gpu_fill_buffer(gpu, v->mask, 0, (size_t)words * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof *pass);
@@ -88,12 +96,12 @@ static uint32_t mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *stor
     kd_gpu_bind_storage(gpu, 2, store->indices);
     kd_gpu_bind_storage(gpu, 3, v->columns);
     kd_gpu_bind_storage(gpu, 4, v->mask);
-    kd_gpu_dispatch(gpu, v->mark, (pass->chunk_size.w + 63) / 64, 1, 1);
+    kd_gpu_dispatch_linear(gpu, v->mark, (pass->chunk_size.w + 63) / 64);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    kd_gpu_rank_run(gpu, &v->rank, v->mask, 0, words, v->ranks, 0, v->counter, 0);
+    kd_status status = kd_gpu_rank_run(gpu, &v->rank, v->mask, 0, words, v->ranks, 0, v->counter, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
-    kd_gpu_read_buffer(gpu, v->counter, 0, &count, sizeof count);
-    return count;
+    kd_gpu_read_buffer(gpu, v->counter, 0, count, sizeof *count);
+    return status;
 }
 
 static void accumulate(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const struct pass_params *pass)
@@ -107,7 +115,7 @@ static void accumulate(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, c
     kd_gpu_bind_storage(gpu, 5, v->ranks);
     kd_gpu_bind_storage(gpu, 6, v->sums);
     kd_gpu_bind_storage(gpu, 7, v->nearest);
-    kd_gpu_dispatch(gpu, v->accumulate, (pass->chunk_size.w + 63) / 64, 1, 1);
+    kd_gpu_dispatch_linear(gpu, v->accumulate, (pass->chunk_size.w + 63) / 64);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
@@ -120,7 +128,7 @@ static void pack(kd_gpu *gpu, voxelizer *v, const kd_voxel_scene *scene, struct 
     kd_gpu_bind_storage(gpu, 2, v->sums);
     kd_gpu_bind_storage(gpu, 3, scene->cache_shape);
     kd_gpu_bind_storage(gpu, 4, scene->cache_color);
-    kd_gpu_dispatch(gpu, v->pack, (words + 63) / 64, 1, 1);
+    kd_gpu_dispatch_linear(gpu, v->pack, (words + 63) / 64);
 }
 
 static void bind(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const kd_voxel_scene *scene,
@@ -135,26 +143,33 @@ static void bind(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const k
     kd_gpu_bind_storage(gpu, 5, v->nearest);
     kd_gpu_bind_storage(gpu, 6, store->skins_buffer.id ? store->skins_buffer : v->nearest);
     kd_gpu_bind_storage(gpu, 7, scene->cache_binding);
-    kd_gpu_dispatch(gpu, v->bind, (words + 63) / 64, 1, 1);
+    kd_gpu_dispatch_linear(gpu, v->bind, (words + 63) / 64);
+}
+
+/* All that the counted voxels need, before any of them is written. */
+static kd_status make_room(kd_gpu *gpu, voxelizer *v, kd_voxel_scene *scene, uint32_t voxels,
+                           uint32_t bindings)
+{
+    kd_status status = ensure(gpu, &v->sums, (size_t)voxels * SUM_WORDS * 4, 0, "voxelizer.sums");
+    if (!status)
+        status = ensure(gpu, &v->nearest, (size_t)voxels * 4, 0, "voxelizer.nearest");
+    return status ? status : grow_cache(gpu, scene, voxels, bindings);
 }
 
 static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, uint32_t kind,
                             kd_voxel_scene *scene, kd_voxel_chunk *chunk, const struct pass_params *pass, uint32_t words)
 {
-    uint32_t count = mark_cells(gpu, v, store, pass, words);
+    uint32_t count = 0;
+    kd_status status = mark_cells(gpu, v, store, pass, words, &count);
     uint32_t bindings = kind == KD_VOXEL_RIGID ? 0 : count;
+    if (status || count == 0)
+        return status;
+    status = make_room(gpu, v, scene, count, bindings);
+    if (status)
+        return status;
     chunk->first = scene->cached_voxels;
     chunk->count = count;
     chunk->first_binding = bindings ? scene->cached_bindings : KD_EMPTY;
-    if (count == 0)
-        return KD_OK;
-    kd_status status = grow_cache(gpu, scene, count, bindings);
-    if (!status)
-        status = kd_gpu_ensure_buffer(gpu, &v->sums, (size_t)count * SUM_WORDS * 4, 0, "voxelizer.sums");
-    if (!status)
-        status = kd_gpu_ensure_buffer(gpu, &v->nearest, (size_t)count * 4, 0, "voxelizer.nearest");
-    if (status)
-        return status;
     kd_gpu_fill_buffer(gpu, v->sums, 0, (size_t)count * SUM_WORDS * 4, 0);
     kd_gpu_fill_buffer(gpu, v->nearest, 0, (size_t)count * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -172,6 +187,8 @@ kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, 
                         kd_voxel_scene *scene, kd_voxel_chunk *chunk)
 {
     kd_columns columns = {0};
+    chunk->count = 0;
+    chunk->first_binding = KD_EMPTY;
     kd_status status = columns_list(cache->desc, chunk, &columns);
     if (status)
         return status;
@@ -180,17 +197,15 @@ kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, 
     struct pass_params pass = params_of(store, cache, scene, chunk);
     pass.chunk_size.w = columns.columns;
     size_t row_bytes = ((size_t)columns.triangles + 1) * 16;
-    status = kd_gpu_ensure_buffer(gpu, &v->columns, row_bytes, 0, "voxelizer.columns");
+    status = ensure(gpu, &v->columns, row_bytes, 0, "voxelizer.columns");
     if (!status)
-        status = kd_gpu_ensure_buffer(gpu, &v->mask, (size_t)words * 4, 0, "voxelizer.mask");
+        status = ensure(gpu, &v->mask, (size_t)words * 4, 0, "voxelizer.mask");
     if (!status)
-        status = kd_gpu_ensure_buffer(gpu, &v->ranks, (size_t)words * 4, 0, "voxelizer.ranks");
+        status = ensure(gpu, &v->ranks, (size_t)words * 4, 0, "voxelizer.ranks");
     if (!status && columns.columns) {
         kd_gpu_write_buffer(gpu, v->columns, 0, columns.rows, row_bytes);
         kd_material_bind(gpu, &store->materials[cache->material]);
         status = fill_chunk(gpu, v, store, cache->kind, scene, chunk, &pass, words);
-    } else {
-        chunk->count = 0;
     }
     free(columns.rows);
     return status;
