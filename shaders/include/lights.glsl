@@ -153,12 +153,14 @@ float point_error(vec3 p_ws, vec3 n_ws)
  * the middle reach texels up to 1.5 away on each axis, 2.1 on the diagonal. A point that far from p, at the
  * same depth in the map, lies under the surface by 2.1 * texel * sin(t) at most, t between the normal and
  * the map's axis: lifting by as much clears it. The constant part covers curvature; what rounding may have
- * done to the point and to the map comes on top. */
-vec3 shadow_lift(vec3 p_ws, vec3 n_ws, vec3 axis_ws, shadow_place place)
+ * done to the point and to the map comes on top. Where two walls meet, the texels reach the other wall too:
+ * the filter's reach towards the light clears that one, whatever its normal, unless light grazes it. */
+vec3 shadow_lift(vec3 p_ws, vec3 n_ws, vec3 axis_ws, vec3 to_light, shadow_place place)
 {
     float cos_t = dot(n_ws, axis_ws);
     float lift = place.texel_ws * (0.3 + 2.1 * sqrt(max(1.0 - cos_t * cos_t, 0.0)));
-    return p_ws + n_ws * (lift + place.step_ws + point_error(p_ws, n_ws));
+    lift += place.step_ws + point_error(p_ws, n_ws);
+    return p_ws + n_ws * lift + to_light * (2.1 * place.texel_ws);
 }
 
 /* The tent-weighted 3x3 filter by four bilinear taps. */
@@ -179,18 +181,19 @@ float light_shadow_directional(uint i, vec3 p_ws, vec3 n_ws)
     vec3 axis_ws = kd_lights.light[i].direction_ws.xyz;
     if (place.matrix < 0 || dot(n_ws, axis_ws) >= 0.0)
         return place.matrix < 0 ? 1.0 : 0.0;
-    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, axis_ws, place));
+    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, axis_ws, -axis_ws, place));
     return shadow_filter(shadow_directional, uvz, place.layer, float(kd_lights.count.z));
 }
 
 float light_shadow_local(uint i, vec3 p_ws, vec3 n_ws)
 {
     shadow_place place = shadow_find_local(i, p_ws);
-    if (place.matrix < 0 || dot(n_ws, kd_lights.light[i].position_ws.xyz - p_ws) <= 0.0)
+    vec3 to_light = normalize(kd_lights.light[i].position_ws.xyz - p_ws);
+    if (place.matrix < 0 || dot(n_ws, to_light) <= 0.0)
         return place.matrix < 0 ? 1.0 : 0.0;
     mat4 m = kd_lights.shadow_matrix[place.matrix];
     vec3 axis_ws = vec3(m[0][3], m[1][3], m[2][3]); /* the row that gives w is the map's forward axis */
-    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, axis_ws, place));
+    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, axis_ws, to_light, place));
     return shadow_filter(shadow_spot, uvz, place.layer, float(kd_lights.count.w));
 }
 
