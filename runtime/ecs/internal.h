@@ -9,6 +9,10 @@
  * cached lists of matching tables commands.c   changes recorded by workers and merged in a defined order
  *   sparse.c     values and enable bits kept by entity, beside the tables
  *   snapshot_*.c diff.c  a world as bytes and as JSON; what makes two worlds different
+ *   observer.c   events wait until the outermost change is complete
+ *   instance.c   copies of subtrees, many deaths at once
+ *   parallel.c   a query's rows shared among workers
+ *   statistics.c where the memory is
  *   names.c singleton.c checksum.c reflect.c world.c
  *
  * Invariants
