@@ -160,7 +160,8 @@ typedef struct gltf_document {
 /** Turn scanned JSON text into rows.
  *
  *  text   the scanned text: its `buffers` and `images` are blanked, their source stands in the scan
- *  error  what is wrong, in words, when the status is not KD_OK; no message is logged
+ *  error  what is wrong, in words, when the status is not KD_OK; no message is logged. out's
+ *         extensions_required are there even then, unless they are what is wrong
  */
 kd_status gltf_parse(const char *text, size_t size, const gltf_scan *scan, kd_arena *arena,
                      gltf_document *out, char *error, size_t error_size);

@@ -18,7 +18,7 @@
 #define COSTLY_ROWS_MAX 65536u
 
 typedef struct open_container {
-    bool object, extras; /* extras: this member is being blanked */
+    bool object, blanked; /* blanked: this member is taken out of the text */
     bool rows, costly;   /* a top-level array */
     size_t first;        /* byte at which it opened */
     gltf_range *keep;    /* where its range goes when it closes, or NULL */
@@ -34,7 +34,7 @@ typedef struct scanner {
     bool expect_key;
     gltf_range key; /* last key's text between the quotes */
     bool key_escaped;
-    gltf_range buffers, images;
+    gltf_range buffers, images, required;
     char *error;
     size_t error_size;
 } scanner;
@@ -88,16 +88,19 @@ static kd_status open_one(scanner *s, bool object)
     const open_container *parent = s->depth ? &s->open[s->depth - 1] : NULL;
     bool member = parent && parent->object;
     open_container c = {.object = object, .first = s->at};
-    c.extras = member && key_is(s, "extras");
+    c.blanked = member && key_is(s, "extras");
     if (s->depth == 1 && member) {
         c.rows = !object;
         c.keep = key_is(s, "buffers") ? &s->buffers : key_is(s, "images") ? &s->images : NULL;
+        c.blanked = c.blanked || c.keep;
         c.costly = c.keep || key_is(s, "materials");
+        if (key_is(s, "extensionsRequired"))
+            c.keep = &s->required;
         s->rows = 0;
     }
     if (parent && parent->rows && ++s->rows > (parent->costly ? COSTLY_ROWS_MAX : ROWS_MAX))
         return scan_fail(s, KD_TOO_LARGE, "too many entries in one list");
-    s->blanking += c.keep || c.extras;
+    s->blanking += c.blanked;
     s->open[s->depth++] = c;
     s->expect_key = object;
     s->at++;
@@ -121,7 +124,7 @@ static kd_status close_one(scanner *s, bool object)
     s->expect_key = false;
     if (c.keep)
         *c.keep = (gltf_range){c.first, s->at - c.first};
-    if ((c.keep || c.extras) && --s->blanking == 0)
+    if (c.blanked && --s->blanking == 0)
         blank(s, c.first, s->at, object);
     return KD_OK;
 }
@@ -168,6 +171,9 @@ kd_status gltf_scan_json(char *text, size_t size, gltf_scan *scan, char *error, 
         scan->buffers = scan->copy + s->buffers.first;
     if (s->images.size)
         scan->images = scan->copy + s->images.first;
+    if (s->required.size)
+        scan->required = scan->copy + s->required.first;
+    scan->required_size = s->required.size;
     scan->buffers_size = s->buffers.size;
     scan->images_size = s->images.size;
     free(s);

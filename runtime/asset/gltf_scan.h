@@ -21,6 +21,8 @@ typedef struct gltf_range {
 typedef struct gltf_scan {
     char *buffers, *images; /* JSON text of these two members, NULL when missing; parts of the copy below */
     size_t buffers_size, images_size;
+    char *required; /* `extensionsRequired`, likewise, which stays in the text */
+    size_t required_size;
     char *copy; /* malloc; the caller frees */
 } gltf_scan;
 

@@ -282,7 +282,6 @@ void copy_model(copier &to, gltf_document &out, const tinygltf::Model &from)
     out.min_version = to.text(from.asset.minVersion);
     out.generator = to.text(from.asset.generator);
     out.extensions_used = to.strings(from.extensionsUsed);
-    out.extensions_required = to.strings(from.extensionsRequired);
     out.view_count = to.each(out.views, from.bufferViews, [&](gltf_view &row, const tinygltf::BufferView &v) {
         row = {v.buffer, v.byteOffset, v.byteLength, v.byteStride};
     });
@@ -325,6 +324,16 @@ nlohmann::json parse_list(const char *text, size_t size, const char *name)
     if (!list.is_array())
         throw malformed(std::string("'") + name + "' is not a list");
     return list;
+}
+
+/* Before all else, since what a required extension changes may look like a mistake. */
+void copy_required(copier &to, gltf_document &out, const gltf_scan *scan)
+{
+    std::vector<std::string> names;
+    for (const auto &item : parse_list(scan->required, scan->required_size, "extensionsRequired"))
+        if (item.is_string())
+            names.push_back(item.get<std::string>());
+    out.extensions_required = to.strings(names);
 }
 
 void copy_buffers(copier &to, gltf_document &out, const gltf_scan *scan)
@@ -382,6 +391,7 @@ void parse(copier &to, gltf_document &out, const char *text, size_t size, const 
     tinygltf::TinyGLTF loader;
     tinygltf::Model model;
     std::string error, warning;
+    copy_required(to, out, scan);
     bool done =
         loader.LoadASCIIFromString(&model, &error, &warning, text, static_cast<unsigned int>(size), "");
     error = real_errors(error);

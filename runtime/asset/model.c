@@ -27,15 +27,21 @@ static bool is_supported(const char *extension)
     return false;
 }
 
-static kd_status check_extensions(gltf_loader *l)
+static kd_status check_required(gltf_loader *l)
 {
-    gltf_strings required = l->doc.extensions_required, used = l->doc.extensions_used;
+    gltf_strings required = l->doc.extensions_required;
     for (size_t i = 0; i < required.count; i++)
         if (!is_supported(required.at[i]))
             return gltf_fail(l, KD_UNSUPPORTED,
                              "the model requires the extension '%.60s', which is not read "
                              "(extensionsRequired); export it without",
                              required.at[i]);
+    return KD_OK;
+}
+
+static kd_status list_extensions(gltf_loader *l)
+{
+    gltf_strings used = l->doc.extensions_used;
     const char **names;
     kd_status status = gltf_alloc(l, &l->kept, used.count + 1, sizeof *names, &names);
     for (size_t i = 0; !status && i < used.count; i++) {
@@ -74,6 +80,9 @@ static kd_status parse_file(gltf_loader *l, uint8_t *bytes, size_t size)
         status =
             gltf_parse(l->chunks.json, l->chunks.json_size, &scan, &l->scratch, &l->doc, error, sizeof error);
     free(scan.copy);
+    kd_status refused = status ? check_required(l) : KD_OK;
+    if (refused)
+        return refused;
     return status ? gltf_fail(l, status, "%s; export the model again", error) : KD_OK;
 }
 
@@ -115,9 +124,9 @@ static kd_status set_limit(gltf_loader *l)
 static kd_status convert(gltf_loader *l)
 {
     static kd_status (*const steps[])(gltf_loader *) = {
-        check_version,   check_extensions, make_tables,       gltf_load_buffers, gltf_load_materials,
-        set_limit,       gltf_load_meshes, gltf_load_cameras, gltf_load_lights,  gltf_load_nodes,
-        gltf_load_skins, gltf_load_clips,  measure,
+        check_version,       check_required, list_extensions,  make_tables,       gltf_load_buffers,
+        gltf_load_materials, set_limit,      gltf_load_meshes, gltf_load_cameras, gltf_load_lights,
+        gltf_load_nodes,     gltf_load_skins, gltf_load_clips, measure,
     };
     kd_status status = KD_OK;
     for (size_t i = 0; !status && i < sizeof steps / sizeof *steps; i++)

@@ -298,6 +298,12 @@ static void required_extensions_are_refused_by_name(void **state)
     load_bad(PLAIN("'nodes':[{'mesh':0}],'extensionsUsed':['KHR_draco_mesh_compression'],'extensionsRequired'"
                    ":['KHR_draco_mesh_compression']"),
              KD_UNSUPPORTED, "'KHR_draco_mesh_compression'");
+    /* what the extension leaves out looks like mistakes to a reader that does not know it */
+    load_bad("{'asset':{'version':'2.0'},'extensionsRequired':['KHR_mesh_quantization','KHR_other'],"
+             "'accessors':[{'bufferView':'none'}],'buffers':[{}]}",
+             NULL, 0, KD_UNSUPPORTED, "'KHR_other'");
+    load_bad("{'asset':{'version':'2.0'},'extensionsRequired':[],'accessors':[{'bufferView':'none'}]}", NULL,
+             0, KD_BAD_FORMAT, "Accessor");
     kd_model *m = load_good(PLAIN("'nodes':[{'mesh':0}],'extensionsUsed':['KHR_materials_sheen','KHR_mesh_"
                                   "quantization'],'extensionsRequired':['KHR_mesh_quantization']"));
     assert_int_equal(m->warning_count, 1);
