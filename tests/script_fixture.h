@@ -36,7 +36,6 @@ typedef struct fixture_light {
     kd_vec3 color;
     float intensity, outer_cone;
     uint8_t no_shadow;
-    uint32_t store; /* a number that scenarios may not set */
 } fixture_light;
 static const char *const fixture_light_types[] = {"directional", "point", "spot", NULL};
 static const fixture_light light_default = {.color = {1, 1, 1}, .intensity = 3, .outer_cone = 0.785398163f};
@@ -46,14 +45,28 @@ static const kd_field light_fields[] = {
     KD_FIELD_RANGE(fixture_light, intensity, KD_F32, "cd", 0, 1e6, "strength"),
     KD_FIELD_RANGE(fixture_light, outer_cone, KD_F32, "rad", 0, 1.5707964, "half angle"),
     KD_FIELD(fixture_light, no_shadow, KD_BOOL, NULL, "shines through"),
-    KD_FIELD(fixture_light, store, KD_U32, NULL, "number in a store"),
 };
 static const kd_component_desc fixture_light_desc = {.name = "light",
                                                      .size = (uint32_t)sizeof(fixture_light),
                                                      .align = (uint32_t) _Alignof(fixture_light),
                                                      .fields = light_fields,
-                                                     .field_count = 6,
+                                                     .field_count = 5,
                                                      .default_value = &light_default};
+
+/* What the host alone makes: everything it spawns has one, unless it is named "bare". */
+typedef struct fixture_part {
+    uint32_t store; /* a number that scenarios may not set */
+    uint8_t hidden;
+} fixture_part;
+static const kd_field part_fields[] = {
+    KD_FIELD(fixture_part, store, KD_U32, NULL, "number in a store"),
+    KD_FIELD(fixture_part, hidden, KD_BOOL, NULL, "not shown"),
+};
+static const kd_component_desc fixture_part_desc = {.name = "part",
+                                                    .size = (uint32_t)sizeof(fixture_part),
+                                                    .align = (uint32_t) _Alignof(fixture_part),
+                                                    .fields = part_fields,
+                                                    .field_count = 2};
 
 static char fixture_message[2048]; /* the last error */
 static char fixture_said[2048];    /* the last line printed by the scenario */
@@ -77,7 +90,9 @@ static inline kd_status fixture_spawn(void *user, const kd_script_spawn *spawn, 
         snprintf(error->text, sizeof error->text, "%s: is broken; repair it", spawn->model);
         return KD_BAD_FORMAT;
     }
-    *out = kd_spawn_values(w, &(kd_value){&fixture_transform_desc, NULL}, 1);
+    bool bare = spawn->name && strcmp(spawn->name, "bare") == 0;
+    *out = kd_spawn_values(
+        w, (const kd_value[]){{&fixture_transform_desc, NULL}, {&fixture_part_desc, NULL}}, bare ? 1 : 2);
     kd_set_name(w, *out, spawn->name);
     return spawn->parent.generation ? kd_set_parent(w, *out, spawn->parent) : KD_OK;
 }
@@ -94,13 +109,14 @@ static inline kd_status fixture_play(void *user, kd_entity entity, const kd_scri
 
 static inline bool fixture_may_write(void *user, const char *component, const char *field) {
     (void)user;
-    return strcmp(component, "light") != 0 || strcmp(field, "store") != 0;
+    return strcmp(component, "part") != 0 || strcmp(field, "store") != 0;
 }
 
 static inline kd_world *fixture_world(void) {
     kd_world *w = kd_world_make();
     kd_component_ensure(w, &fixture_transform_desc);
     kd_component_ensure(w, &fixture_light_desc);
+    kd_component_ensure(w, &fixture_part_desc);
     return w;
 }
 

@@ -52,6 +52,10 @@ void script_sandbox_string(lua_State *L); /* replaces what could run for ever in
 void script_budget_start(kd_script *script);
 void script_charge(lua_State *L, int64_t instructions); /* raises when the budget is used up */
 
+/* ---- text.c: values as text, the same in every run ---- */
+void script_text_open(lua_State *L);                       /* tostring, string.format */
+const char *script_push_text(lua_State *L, int index);     /* as luaL_tolstring */
+
 /* ---- path.c ---- */
 /** Find the file that a scenario names; raises unless it lies in a root. Returns `out`. */
 const char *script_resolve(lua_State *L, const char *name, char out[KD_PATH_MAX]);

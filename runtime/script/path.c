@@ -16,7 +16,7 @@ const char *script_resolve(lua_State *L, const char *name, char out[KD_PATH_MAX]
     for (uint32_t i = 0; i < script->root_count; i++) {
         if (kd_path_join(out, KD_PATH_MAX, script->roots[i], name) != KD_OK)
             luaL_error(L, "a path of %d characters is too long; shorten it", (int)strlen(name));
-        if (!kd_path_is_below(script->roots[i], out) && !(name[0] == '/' && lies_in_roots(script, out)))
+        if (!lies_in_roots(script, out)) /* a link in one root may lead to another */
             outside = true;
         else if (kd_file_exists(out))
             return out;

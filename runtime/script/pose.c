@@ -3,7 +3,8 @@
 
 #include <math.h>
 
-#define DEG (0.017453292519943295)
+#define DEG  (0.017453292519943295)
+#define POLE 4e-7 /* cosine that rounding to floats leaves of a right angle, with some room */
 
 static kd_quat quat_mul(kd_quat a, kd_quat b) {
     return (kd_quat){
@@ -26,14 +27,20 @@ kd_quat script_rotation_from_deg(kd_vec3 deg) {
     return quat_mul(z, quat_mul(y, x));
 }
 
+/* An arc sine would lose half the digits near 90 degrees; every angle comes from an arc tangent instead,
+ * whose two sides are the matrix's elements times the quaternion's squared length. At the pole itself x and z turn
+ * about the same axis: all of it goes to x. */
 kd_vec3 script_rotation_to_deg(kd_quat q) {
-    double sine = 2.0 * ((double)q.w * q.y - (double)q.z * q.x);
-    double x = atan2(2.0 * ((double)q.w * q.x + (double)q.y * q.z),
-                     1.0 - 2.0 * ((double)q.x * q.x + (double)q.y * q.y));
-    double y = asin(sine > 1 ? 1 : sine < -1 ? -1 : sine);
-    double z = atan2(2.0 * ((double)q.w * q.z + (double)q.x * q.y),
-                     1.0 - 2.0 * ((double)q.y * q.y + (double)q.z * q.z));
-    return (kd_vec3){(float)(x / DEG), (float)(y / DEG), (float)(z / DEG)};
+    double x = (double)q.x, y = (double)q.y, z = (double)q.z, w = (double)q.w;
+    double r00 = w * w + x * x - y * y - z * z, r10 = 2 * (x * y + w * z);
+    double r21 = 2 * (y * z + w * x), r22 = w * w - x * x - y * y + z * z;
+    double sine = 2 * (w * y - x * z), cosine = hypot(r00, r10);
+    double about_x = atan2(r21, r22), about_y = atan2(sine, cosine), about_z = atan2(r10, r00);
+    if (cosine < POLE * fabs(sine)) {
+        about_x = remainder(2 * atan2(x, w), 360 * DEG);
+        about_z = 0;
+    }
+    return (kd_vec3){(float)(about_x / DEG), (float)(about_y / DEG), (float)(about_z / DEG)};
 }
 
 /* Quaternion of the rotation whose columns are right, up, back. */

@@ -174,7 +174,7 @@ static int print_line(lua_State *L) {
     for (int i = 1; i <= count; i++) {
         if (i > 1)
             luaL_addchar(&line, ' ');
-        luaL_tolstring(L, i, NULL);
+        script_push_text(L, i);
         luaL_addvalue(&line);
     }
     luaL_pushresult(&line);
@@ -346,6 +346,7 @@ void script_sandbox_open(lua_State *L, uint64_t seed) {
     replace_base_library(L);
     bound_table_library(L);
     script_sandbox_string(L);
+    script_text_open(L);
     seed_math_library(L, seed);
 }
 

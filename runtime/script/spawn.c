@@ -120,8 +120,8 @@ static kd_entity read_parent(lua_State *L) {
     return parent;
 }
 
-/* Set the components of the table on the entity, in order of registration. */
-/* A component with fields of the runtime's own cannot be made by a scenario: only the entities that have it know them. */
+/* A component with fields of the runtime's own cannot be made by a scenario: only the entities that have it
+ * know them. */
 static bool may_add(const kd_script_host *host, const kd_component_desc *desc) {
     for (uint32_t i = 0; host->may_write && i < desc->field_count; i++)
         if (!host->may_write(host->user, desc->name, desc->fields[i].name))
@@ -129,6 +129,7 @@ static bool may_add(const kd_script_host *host, const kd_component_desc *desc) {
     return true;
 }
 
+/* Set the components of the table on the entity, in order of registration. */
 static void set_components(lua_State *L, kd_entity e) {
     kd_world *w = script_of(L)->world;
     for (kd_component_id id = 1; id <= kd_component_count(w); id++) {

@@ -147,6 +147,69 @@ static void files_stay_below_the_scenario(void **state) {
     expect_failure("kandil.spawn{model = 'link.glb'}", "outside the scenario's folder");
 }
 
+/* A link beside the scenario may lead into an asset root, and nowhere else. */
+static void links_may_lead_into_a_root(void **state) {
+    (void)state;
+    static const struct {
+        const char *text;
+        kd_status status;
+    } rows[] = {{"kandil.spawn{model = 'models/room.glb'}", KD_OK},
+                {"kandil.spawn{model = '../far/room.glb'}", KD_SCRIPT},
+                {"kandil.spawn{model = 'far/room.glb'}", KD_SCRIPT}};
+    char path[128], root[128], link[128];
+    snprintf(path, sizeof path, "%s/work", fixture_folder);
+    assert_int_equal(mkdir(path, 0700), 0);
+    snprintf(root, sizeof root, "%s/given", fixture_folder);
+    assert_int_equal(mkdir(root, 0700), 0);
+    snprintf(path, sizeof path, "%s/far", fixture_folder);
+    assert_int_equal(mkdir(path, 0700), 0);
+    snprintf(link, sizeof link, "%s/work/far", fixture_folder);
+    assert_int_equal(symlink(path, link), 0);
+    snprintf(link, sizeof link, "%s/work/models", fixture_folder);
+    assert_int_equal(symlink(root, link), 0);
+    fixture_write("given/room.glb", "x", 1);
+    fixture_write("far/room.glb", "x", 1);
+    snprintf(path, sizeof path, "%s/work/scene.lua", fixture_folder);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        kd_world *w = fixture_world();
+        kd_script *script = NULL;
+        const char *const roots[] = {root};
+        fixture_write("work/scene.lua", rows[i].text, strlen(rows[i].text));
+        fixture_message[0] = '\0';
+        kd_status status = kd_script_load(&(kd_script_desc){.path = path,
+                                                            .roots = roots,
+                                                            .root_count = 1,
+                                                            .world = w,
+                                                            .host = {.user = w, .spawn = fixture_spawn}},
+                                          &script);
+        if (status != rows[i].status || (status && !strstr(fixture_message, "outside")))
+            fail_msg("%s\ngave status %d: %s", rows[i].text, (int)status, fixture_message);
+        kd_script_destroy(script);
+        kd_world_destroy(w);
+    }
+}
+
+static void text_holds_no_addresses(void **state) {
+    (void)state;
+    assert_int_equal(run("local t, f = {}, function() end\n"
+                         "print(t, f, t, print, coroutine.create(f), kandil.spawn{}.transform, 7, nil)\n"
+                         "assert(tostring(t) == 'table: 1' and string.format('%5.1f%%%-9s|', 1.25, t) == "
+                         "'  1.2%table: 1 |')\n"
+                         "assert(('%s %s %d'):format(f, setmetatable({}, {__tostring = function() return 'x' "
+                         "end}), 3) == 'function: 2 x 3')\n"
+                         "assert(tostring(setmetatable({}, {__name = 'thing'})):match('^thing: %d$'))\n"
+                         "assert(tostring(setmetatable({}, {__name = 5})):match('^table: %d$'))\n"
+                         "assert(tostring(1) == '1' and tostring('a') == 'a' and tostring(nil) == 'nil')\n"
+                         "assert(not pcall(tostring) and not pcall(string.format, '%s'))\n"
+                         "local first = tostring(t) for i = 1, 30000 do local _ = tostring({}) end\n"
+                         "assert(tostring(t) == first)"),
+                     KD_OK);
+    assert_non_null(strstr(fixture_said, "table: 1 function: 2 table: 1 function: 3 thread: 4 "));
+    assert_null(strstr(fixture_said, "0x"));
+    expect_failure("print(string.format('%p', {}))", "%p is not available");
+    expect_failure("print(string.format('%-20p', {}))", "%p is not available");
+}
+
 static void chance_and_order_are_the_same_every_time(void **state) {
     (void)state;
     char first[2048];
@@ -212,6 +275,8 @@ int main(void) {
         cmocka_unit_test(memory_is_bounded),
         cmocka_unit_test(errors_name_the_line),
         cmocka_unit_test(files_stay_below_the_scenario),
+        cmocka_unit_test(links_may_lead_into_a_root),
+        cmocka_unit_test(text_holds_no_addresses),
         cmocka_unit_test(chance_and_order_are_the_same_every_time),
         cmocka_unit_test(patterns_match_as_the_manual_says),
     };
