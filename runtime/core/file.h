@@ -54,7 +54,8 @@ kd_status kd_folder_make(const char *path);
 
 /* ---- paths ---- */
 
-/** Join; an absolute `name` stands alone. Errors OUT_OF_RANGE if it does not fit; out is then "". */
+/** Join; an absolute `name` stands alone, as does one in the folder ".".
+ *  Errors OUT_OF_RANGE if it does not fit; out is then "" */
 kd_status kd_path_join(char *out, size_t out_size, const char *folder, const char *name);
 /** Copy the folder part: "a/b.c" gives "a", "b.c" gives ".", "/b" gives "/". Errors OUT_OF_RANGE. */
 kd_status kd_path_folder(char *out, size_t out_size, const char *path);

@@ -26,7 +26,7 @@ static kd_status put(char *out, size_t out_size, const char *a, size_t a_length,
 kd_status kd_path_join(char *out, size_t out_size, const char *folder, const char *name)
 {
     size_t length = strlen(folder);
-    if (name[0] == '/' || length == 0)
+    if (name[0] == '/' || length == 0 || (name[0] && strcmp(folder, ".") == 0))
         return put(out, out_size, name, strlen(name), "", "");
     return put(out, out_size, folder, length, folder[length - 1] == '/' || !name[0] ? "" : "/", name);
 }

@@ -103,7 +103,7 @@ static const char *describe(const kd_setting_row *row, char *out, size_t out_siz
 {
     const char *unit = row->unit ? row->unit : "", *blank = row->unit ? " " : "";
     if (row->type == KD_SETTING_BOOL) {
-        snprintf(out, out_size, "true or false");
+        snprintf(out, out_size, "on or off");
     } else if (row->words) {
         size_t used = 0;
         for (size_t i = 0; row->words[i] && used < out_size; i++) {
@@ -207,20 +207,27 @@ double kd_settings_value(const kd_settings *settings, const kd_setting_row *row)
     }
 }
 
+/* The shortest decimals that read back equal; people read this, so only tiny numbers have an exponent. */
+static void format_float(double value, char *out, size_t out_size)
+{
+    for (int decimals = 0; decimals <= 12; decimals++) {
+        snprintf(out, out_size, "%.*f", decimals, value);
+        if (strtof(out, NULL) == (float)value)
+            return;
+    }
+    snprintf(out, out_size, "%.9g", value);
+}
+
 const char *kd_settings_format(const kd_settings *settings, const kd_setting_row *row, char *out, size_t out_size)
 {
     double value = kd_settings_value(settings, row);
     if (row->type == KD_SETTING_BOOL)
-        snprintf(out, out_size, "%s", value != 0 ? "true" : "false");
+        snprintf(out, out_size, "%s", value != 0 ? "on" : "off");
     else if (row->type == KD_SETTING_ENUM)
         snprintf(out, out_size, "%s", row->words[(int)value]);
     else if (row->type == KD_SETTING_I32)
         snprintf(out, out_size, "%d", (int)value);
     else
-        for (int digits = 1; digits <= 9; digits++) {
-            snprintf(out, out_size, "%.*g", digits, value);
-            if (strtof(out, NULL) == (float)value)
-                break;
-        }
+        format_float(value, out, out_size);
     return out;
 }

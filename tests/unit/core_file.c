@@ -240,6 +240,10 @@ static void path_join_fits_exactly_or_fails(void **state)
     assert_string_equal(out, "ab/cd");
     assert_int_equal(kd_path_join(out, sizeof out, "ab", "/cd"), KD_OK);
     assert_string_equal(out, "/cd");
+    assert_int_equal(kd_path_join(out, sizeof out, ".", "cd"), KD_OK);
+    assert_string_equal(out, "cd");
+    assert_int_equal(kd_path_join(out, sizeof out, ".", ""), KD_OK);
+    assert_string_equal(out, ".");
     assert_int_equal(kd_path_join(out, sizeof out, "ab", "cde"), KD_OUT_OF_RANGE);
     assert_string_equal(out, "");
 }
