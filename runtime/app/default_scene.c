@@ -1,5 +1,5 @@
-/* A bare model as a scene: framed when it brings no camera, lit when nothing in it shines, turned when it is
- * small and does not move by itself. */
+/* A bare model as a scene: framed when it brings no camera, lit unless it brings light or shines into its own
+ * rooms, turned when it is small and does not move by itself. */
 #include <math.h>
 
 #include "components/camera.h"
@@ -122,7 +122,7 @@ kd_status app_scene_load_model(app_scene *scene, const char *path) {
         scene->settings.view_exposure_ev = HALL_EV;
     if (!survey.has_camera)
         frame_model(scene, &survey);
-    if (!survey.has_light && !survey.has_emissive)
+    if (!survey.has_light && !app_survey_lit_by_itself(&survey))
         add_sun(scene, &survey);
     if (!survey.hall && !survey.open_box && !survey.has_animation && !survey.has_camera)
         scene->turntable = root;

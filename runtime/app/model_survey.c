@@ -23,6 +23,11 @@ typedef struct hit {
 
 /* ---- triangles ---- */
 
+static bool shines(const kd_model *model, const kd_primitive_desc *p) {
+    return p->index_count >= 3 && p->material < model->material_count &&
+           kd_vec3_length(model->materials[p->material].emissive) > 0;
+}
+
 static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 *to_model) {
     for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
         kd_vec3 *corner = s->corners + s->triangle_count++ * 3;
@@ -41,6 +46,18 @@ static size_t count_triangles(const kd_model *model) {
             count += mesh->primitives[i].index_count / 3;
     }
     return count;
+}
+
+static bool has_emissive(const kd_model *model) {
+    for (uint32_t n = 0; n < model->node_count; n++) {
+        if (model->nodes[n].mesh == KD_NONE)
+            continue;
+        const kd_mesh_desc *mesh = &model->meshes[model->nodes[n].mesh];
+        for (uint32_t i = 0; i < mesh->primitive_count; i++)
+            if (shines(model, &mesh->primitives[i]))
+                return true;
+    }
+    return false;
 }
 
 /* Gather all triangles. Errors NO_MEMORY; the caller frees s->corners. */
@@ -104,6 +121,7 @@ static void look_for_open_box(const soup *s, kd_vec3 middle, app_survey *out) {
             open = i;
     }
     out->open_box = inner == 5 && open >= 0;
+    out->closed_box = inner == 6;
     out->open_side = open >= 0 ? axes[open] : axes[2];
 }
 
@@ -146,6 +164,10 @@ static void look_for_hall(const soup *s, app_survey *out) {
     out->eye = kd_vec3_add(eye, kd_vec3_scale(back, behind * 0.85f));
 }
 
+bool app_survey_lit_by_itself(const app_survey *s) {
+    return s->has_emissive && (s->hall || s->open_box || s->closed_box);
+}
+
 kd_status app_survey_model(const kd_model *model, app_survey *out) {
     soup s;
     *out = (app_survey){
@@ -154,8 +176,7 @@ kd_status app_survey_model(const kd_model *model, app_survey *out) {
         out->has_camera = out->has_camera || model->nodes[n].camera != KD_NONE;
         out->has_light = out->has_light || model->nodes[n].light != KD_NONE;
     }
-    for (uint32_t i = 0; i < model->material_count; i++)
-        out->has_emissive = out->has_emissive || kd_vec3_length(model->materials[i].emissive) > 0;
+    out->has_emissive = has_emissive(model);
     kd_status status = gather(model, &s);
     if (status != KD_OK)
         return status;

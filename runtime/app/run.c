@@ -162,6 +162,9 @@ static kd_status finish(run *r, kd_status status) {
         written = app_graph_write(r->schedule, r->options->graph);
         status = written != KD_OK ? written : status;
     }
+    if (status == KD_OK && r->done == 0 && r->options->output_count)
+        kd_log(KD_LOG_WARNING, "%s was not written: no frame was rendered; ask for one at least",
+               r->options->outputs[0].path);
     if (r->options->profile && r->done > 0)
         kd_profile_write_table(r->timing.profile, stdout);
     return status;

@@ -283,13 +283,21 @@ static kd_status unknown_clip(const kd_model *model, const char *clip)
                    model->path ? model->path : "model", clip, list);
 }
 
+static kd_status no_clips(kd_world *w, kd_entity root, const char *clip)
+{
+    char number[32];
+    const char *name = kd_get_name(w, root);
+    snprintf(number, sizeof number, "entity %u", root.index);
+    return kd_fail(KD_NOT_FOUND, "%s: no clip '%s' (animation); it has no clips",
+                   name && *name ? name : number, clip);
+}
+
 kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop, float speed, float blend_s)
 {
     const kd_scene_store *s = scene_store_get(w);
     kd_animation *a = kd_find_mut(w, root, kd_animation);
     if (!s || !a || !a->model || a->model > s->model_count)
-        return kd_fail(KD_NOT_FOUND, "%s: no clip '%s' (animation); the model has no clips",
-                       kd_get_name(w, root), clip ? clip : "");
+        return no_clips(w, root, clip ? clip : "");
     const kd_store_model *entry = &s->models[a->model - 1];
     uint32_t found = 0;
     while (clip && *clip && found < entry->model->clip_count &&

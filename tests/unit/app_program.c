@@ -126,11 +126,43 @@ static void no_frames_write_no_picture(void **state) {
     write_file("scene.lua", scene);
     assert_int_equal(kandil("run scene.lua --frames 0 --out zero.png --out zero.mp4 --stats zero.json"), 0);
     assert_false(exists("zero.png") || exists("zero.mp4"));
+    assert_non_null(strstr(said, "zero.png was not written"));
+    assert_null(strstr(strstr(said, "was not written") + 1, "was not written")); /* once */
+    assert_int_equal(kandil("run scene.lua --frames 0 --out zero.png --quiet"), 0);
+    assert_string_equal(said, "");
     FILE *file = fopen("zero.json", "rb");
     assert_non_null(file);
     assert_true(fread(text, 1, sizeof text - 1, file) > 0);
     fclose(file);
     assert_non_null(strstr(text, "\"frames\": 0"));
+}
+
+static bool printed(const char *text) {
+    char command[128];
+    snprintf(command, sizeof command, "grep -qF -- '%s' out", text);
+    return system(command) == 0;
+}
+
+static void help_lists_what_there_is(void **state) {
+    (void)state;
+    assert_int_equal(kandil("help run"), 0);
+    assert_true(printed("one of: final direct indirect ao specular albedo normal depth octree"));
+    assert_false(printed("octree light") || printed("octree, light"));
+    assert_int_equal(kandil("help settings"), 0);
+    assert_true(printed("default 60)") && printed("on|off; default on)") && printed("on|off; default off)"));
+    assert_false(printed("e+0") || printed("true") || printed("false"));
+}
+
+static void messages_name_the_entity_and_plain_paths(void **state) {
+    (void)state;
+    write_file("clip.lua", "local b = kandil.spawn { mesh = { shape = 'box' } }\nb:play('walk')\n");
+    assert_int_equal(kandil("run clip.lua --frames 0"), 1);
+    assert_non_null(strstr(said, "clip.lua:2: entity "));
+    write_file("bad.gltf", "{");
+    write_file("bad.lua", "kandil.spawn { model = 'bad.gltf' }\n");
+    assert_int_equal(kandil("run bad.lua --frames 0"), 1);
+    assert_non_null(strstr(said, "bad.lua:1: bad.gltf: "));
+    assert_null(strstr(said, "./"));
 }
 
 static void pictures_do_not_depend_on_threads_or_runs(void **state) {
@@ -260,6 +292,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(exit_codes_and_messages_are_as_promised),
         cmocka_unit_test(no_frames_write_no_picture),
+        cmocka_unit_test(help_lists_what_there_is),
+        cmocka_unit_test(messages_name_the_entity_and_plain_paths),
         cmocka_unit_test(pictures_do_not_depend_on_threads_or_runs),
         cmocka_unit_test(entity_fields_and_order_of_precedence),
         cmocka_unit_test(a_film_has_exactly_its_frames),

@@ -101,11 +101,43 @@ static void a_small_room_open_on_one_side_is_an_open_box(void **state) {
     assert_false(s.open_box);
 }
 
+/* A lamp lights the room it stands in; a label that glows does not light what carries it. */
+static void rooms_alone_are_lit_by_what_shines_in_them(void **state) {
+    (void)state;
+    static box b;
+    static const struct {
+        kd_vec3 low, high;
+        bool inwards;
+        int open;
+        bool lit;
+    } rows[] = {
+        {{-20, 0, -6}, {20, 8, 6}, true, -1, true}, {{-1, 0, -1}, {1, 2, 1}, true, 4, true},
+        {{-1, 0, -1}, {1, 2, 1}, true, -1, true},   {{-1, 0, -1}, {1, 2, 1}, false, -1, false},
+        {{-1, 0, -1}, {1, 2, 1}, false, 4, false},
+    };
+    kd_material_desc glowing = kd_material_default();
+    glowing.emissive = (kd_vec3){0, 3, 0};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        app_survey out;
+        make_box(&b, rows[i].low, rows[i].high, rows[i].inwards, rows[i].open);
+        b.primitive.material = KD_NONE;
+        b.model.material_count = 1;
+        b.model.materials = &glowing;
+        assert_int_equal(app_survey_model(&b.model, &out), KD_OK);
+        assert_false(out.has_emissive || app_survey_lit_by_itself(&out)); /* no triangle uses it */
+        b.primitive.material = 0;
+        assert_int_equal(app_survey_model(&b.model, &out), KD_OK);
+        assert_true(out.has_emissive);
+        assert_int_equal(app_survey_lit_by_itself(&out), rows[i].lit);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_large_room_is_a_hall),
         cmocka_unit_test(a_large_solid_is_no_hall),
         cmocka_unit_test(a_small_room_open_on_one_side_is_an_open_box),
+        cmocka_unit_test(rooms_alone_are_lit_by_what_shines_in_them),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
