@@ -6,6 +6,8 @@
  * Levels are counted by cells of a cascade: level L has 2^L cells along an edge. Level 6 is dense, levels 7 … leaf_level - 1
  * are sparse nodes, leaves are at leaf_level. Nodes of all cascades share one numbering a level: the rank of their mask bit. */
 
+#include <stdbool.h>
+
 #include "runtime/ecs/world.h"
 #include "runtime/gpu/gpu.h"
 #include "shaders/shared/voxel.h"
@@ -18,7 +20,10 @@ typedef struct kd_svo {
     uint32_t mask_first[KD_MAX_NODE_LEVELS]; /* first word of level 6 + i in level_masks and level_ranks */
     uint32_t mask_words[KD_MAX_NODE_LEVELS];
     uint32_t node_capacity;                  /* nodes a level: stride of lists, nodes, data */
-    uint32_t static_capacity, dynamic_capacity; /* cells of a layer */
+    uint32_t static_capacity, dynamic_capacity; /* cells of a layer: size of the buffers */
+    uint32_t static_room, dynamic_room;      /* cells of a layer that are in use; ranks beyond have no cell */
+    uint32_t list_capacity[2];               /* nodes a level when each list was written */
+    bool failed;                             /* no memory for it: there is no indirect light */
     uint32_t current;                        /* which of the two lists is this frame's */
 
     kd_gpu_buffer uniform;                   /* "tree.uniform": kd_tree_params */

@@ -28,6 +28,14 @@ typedef struct kd_voxel_chunk {
 
 struct kd_primitive_desc;
 
+/* Primitives too large to be cached whole at a cascade's span are cut into tiles of the model's space, and only those
+ * near the cascade are voxelized. Tile (x, y, z) holds the cells whose low corners lie in its box. */
+typedef struct kd_voxel_tile {
+    bool tiled;          /* false: the whole primitive */
+    int32_t x, y, z;     /* in edges of `edge` from the model's origin */
+    float edge;          /* model space */
+} kd_voxel_tile;
+
 /* Voxels of one store primitive in one material at one span: one or more chunks. */
 typedef struct kd_voxel_cache {
     uint32_t primitive;  /* store primitive (rest pose) */
@@ -37,11 +45,12 @@ typedef struct kd_voxel_cache {
     bool made;           /* its chunks are in the cache */
     float span;          /* model space */
     kd_vec3 phase;       /* a point of the voxel lattice, model space */
+    kd_voxel_tile tile;
     uint32_t first_chunk, chunk_count;
     uint32_t voxel_count;
 } kd_voxel_cache;
 
-/* One primitive of one entity. Its number is its index; numbers of departed objects are used again. */
+/* One primitive of one entity, or one tile of it. Its number is its index; numbers of departed objects are used again. */
 typedef struct kd_voxel_object {
     kd_entity entity;
     uint32_t draw_primitive;     /* as the draw list counts it; with the entity the object's key */
@@ -50,6 +59,8 @@ typedef struct kd_voxel_object {
     uint32_t deformed;           /* deformed primitive plus one; 0 rigid */
     uint32_t kind;               /* KD_VOXEL_* */
     uint32_t material;
+    kd_voxel_tile tile;
+    uint32_t cascades;           /* bits of the cascades in which it may stand */
     bool alive, seen;
     bool dynamic;                /* deforms, or has moved: its voxels no longer follow the world's lattice */
     bool becomes_dynamic;        /* moved for the first time: leaves the static layer this frame */
@@ -88,6 +99,7 @@ typedef struct kd_voxel_scene {
     uint32_t cache_count, chunk_count, object_count;
     uint32_t cached_voxels, cached_bindings;
     float brightest_emission;            /* radiance of KD_EMISSION_ONE */
+    float stored_unit;                   /* radiance that the tree stores as 1: keeps suns in lux within half floats */
 
     kd_gpu_buffer cache_shape, cache_color, cache_binding; /* "voxels.cache" */
     kd_gpu_buffer chunk_params, object_params;             /* "voxels.objects" */

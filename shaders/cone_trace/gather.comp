@@ -44,7 +44,7 @@ vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
     for (uint i = 0u; i < gather.size.w; i++) {
         vec3 direction = frame * turned(gather.cones[i].xyz, variant);
         cone_result r = cone_trace(origin, direction, gather.cone.x, 0.25 * span, settings());
-        irradiance += gather.cones[i].w * (r.radiance + r.transmittance * gather.light.w);
+        irradiance += gather.cones[i].w * (r.radiance * tree.light.z + r.transmittance * gather.light.w);
         visible += gather.cones[i].w * (1.0 - r.occlusion);
     }
     return vec4(irradiance * gather.light.x, clamp(1.0 - gather.light.z * (1.0 - visible), 0.0, 1.0));
@@ -59,8 +59,11 @@ vec3 trace_specular(vec3 origin, surface s, vec3 view, float span)
     float below = dot(direction, s.face_normal_ws);
     if (below < 0.05)
         direction = normalize(direction + (0.05 - below) * s.face_normal_ws);
-    cone_result r = cone_trace(origin, direction, clamp(alpha, 0.03, 1.0), span, settings());
-    return (r.radiance + r.transmittance * gather.light.w) * gather.light.x;
+    // A narrow cone has far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through.
+    cone_settings far = settings();
+    far.step *= 1.6;
+    cone_result r = cone_trace(origin, direction, clamp(alpha, 0.03, 1.0), span, far);
+    return (r.radiance * tree.light.z + r.transmittance * gather.light.w) * gather.light.x;
 }
 
 void main()

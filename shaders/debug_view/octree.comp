@@ -73,5 +73,5 @@ void main()
     vec2 uv = (vec2(pixel) + 0.5) / vec2(pass.xy);
     vec3 near = view_position(uv, 0.0), far = view_position(uv, 0.999);
     ivec2 top_down = ivec2(pixel.x, pass.y - 1 - pixel.y);
-    imageStore(hdr_image, top_down, vec4(march(near, normalize(far - near)), 1.0));
+    imageStore(hdr_image, top_down, vec4(march(near, normalize(far - near)) * tree.light.z, 1.0));
 }

@@ -24,7 +24,9 @@ cell_attributes cell_attributes_merge(cell_attributes a, cell_attributes b)
     float wa = float(a.weight), wb = float(b.weight), inverse = 1.0 / max(wa + wb, 1.0);
     a.albedo = (a.albedo * wa + b.albedo * wb) * inverse;
     a.normal = (a.normal * wa + b.normal * wb) * inverse;
-    a.emission = (a.emission * wa + b.emission * wb) * inverse;
+    // Emission adds up: what lies on a lamp does not dim it (as in svo/pack.comp).
+    vec3 shining = (a.emission * min(wa, 256.0) + b.emission * min(wb, 256.0)) / clamp(wa + wb, 1.0, 256.0);
+    a.emission = min(shining, max(a.emission, b.emission));
     a.double_sided = (a.double_sided * wa + b.double_sided * wb) * inverse;
     a.weight += b.weight;
     return a;

@@ -27,7 +27,7 @@ cone_result cone_trace(vec3 origin_ws, vec3 direction, float tan_half, float sta
     float span = tree.cascade[0].w;
     float t = start;
     int k = 0;
-    for (int i = 0; i < 96; i++) {
+    for (int i = 0; i < 256; i++) {
         vec3 p = origin_ws + direction * t;
         k = tree_cascade_at(p, 0.5);
         if (k == tree_cascades() || t > settings.max_distance || r.transmittance < 0.01)

@@ -32,7 +32,7 @@ uvec2 leaf_pack(leaf_value v)
 {
     uint normal = packSnorm4x8(vec4(v.normal, 0.0)) & 0xFFFFFFu;
     uint depth = uint(round(clamp(v.depth / FULL_DEPTH, 0.0, 1.0) * 127.0));
-    return uvec2(rgb9e5_pack(v.radiance), normal | depth << 24 | uint(v.double_sided) << 31);
+    return uvec2(rgb9e5_pack(min(v.radiance, vec3(65000.0 / FULL_DEPTH))), normal | depth << 24 | uint(v.double_sided) << 31);
 }
 
 leaf_value leaf_unpack(uvec2 w)

@@ -86,7 +86,7 @@ void main()
     uvec3 cell = morton_decode(code & ((1u << (3u * tree.info.z)) - 1u));
     float span = tree.cascade[c].w;
     vec3 p_ws = tree.cascade[c].xyz + (vec3(cell) + 0.5) * span;
-    vec3 radiance = a.albedo * (1.0 / 3.14159265) * direct_light(a, p_ws, span) + a.emission * tree.light.x;
+    vec3 radiance = tree.light.y * (a.albedo * (1.0 / 3.14159265) * direct_light(a, p_ws, span) + a.emission * tree.light.x);
     float depth = FULL_DEPTH * min(float(a.weight) / 256.0, 1.0);
     leaves[slot] = leaf_pack(leaf_value(radiance, a.normal, depth, a.double_sided > 0.5));
 }

@@ -54,7 +54,8 @@ posed pose_skinned(kd_voxel_object_params o, uint binding_at, vec3 p, vec3 n)
     vec4 p1 = vec4(p, 1.0);
     // Normals go by the cofactors of the blended matrix: right for any stretch.
     vec3 c0 = cross(r1.xyz, r2.xyz), c1 = cross(r2.xyz, r0.xyz), c2 = cross(r0.xyz, r1.xyz);
-    return posed(vec3(dot(r0, p1), dot(r1, p1), dot(r2, p1)), vec3(dot(c0, n), dot(c1, n), dot(c2, n)));
+    float side = dot(r0.xyz, c0) < 0.0 ? -1.0 : 1.0; // mirrored joints turn surfaces inside out
+    return posed(vec3(dot(r0, p1), dot(r1, p1), dot(r2, p1)), side * vec3(dot(c0, n), dot(c1, n), dot(c2, n)));
 }
 
 vec3 deformed_position(uint vertex)

@@ -23,7 +23,7 @@ static void run(kd_system_context *context)
         return;
     uint32_t top = kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2;
     uint32_t pass[8] = {KD_COUNT_LEVEL + top, svo->node_capacity, top * svo->node_capacity, 0,
-                        svo->layer_words, svo->static_capacity, svo->dynamic_capacity, 0};
+                        svo->layer_words, svo->static_room, svo->dynamic_room, 0};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, pass, sizeof pass);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));

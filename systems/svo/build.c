@@ -16,7 +16,14 @@ static uint32_t groups(uint32_t count) { return (count + 63) / 64; }
 static uint32_t counter_of(kd_voxel_layer layer) { return layer == KD_LAYER_STATIC ? KD_COUNT_STATIC : KD_COUNT_DYNAMIC; }
 
 /* Cells that voxels cover at most in practice: one each on the lattice, two or three off it, since neighbours share. */
-static uint32_t cells_of_any_pose(const kd_voxel_pages *pages) { return (uint32_t)(pages->voxel_count * 3) + 1024; }
+/* Room for a layer's cells, kept until its members change. Surfaces share two to three cells a voxel in any pose, wires up to
+ * four, and what is counted now may lie on the lattice: twice the count covers that. */
+static uint32_t cells_in_any_pose(kd_gpu *gpu, uint32_t counted, uint64_t voxels)
+{
+    uint64_t most = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / (KD_SUM_WORDS * 4);
+    uint64_t want = voxels * 3 > (uint64_t)counted * 2 ? voxels * 3 : (uint64_t)counted * 2;
+    return (uint32_t)(want + 1024 < most ? want + 1024 : most);
+}
 
 static uint32_t read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter)
 {
@@ -59,8 +66,8 @@ static void pack_layer(kd_gpu *gpu, svo_state *state, const kd_svo *svo, kd_voxe
 
 static void write_args(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
 {
-    uint32_t pass[4] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2, svo->node_capacity, svo->dynamic_capacity,
-                        svo->static_capacity};
+    uint32_t pass[4] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2, svo->node_capacity, svo->dynamic_room,
+                        svo->static_room};
     struct {
         uint32_t first[4], size[4], cascades[4];
     } levels = {.cascades = {svo->cascades}};
@@ -85,16 +92,18 @@ void build_layer(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scen
     state->bytes_build += (uint64_t)svo->layer_words * 12;
     if (!scene->pages[layer].segment_count)
         return;
-    /* The static layer is built when something was loaded or the cascades moved: one wait does not count then. A dynamic
-     * layer gets room for every pose of its voxels, so that no pose depends on what earlier frames needed. */
-    bool exact = layer == KD_LAYER_STATIC || scene->pages[layer].changed;
-    uint32_t cells = exact ? read_counter(gpu, svo, counter_of(layer)) : 0, want = cells + cells / 4 + 1024;
-    if (layer == KD_LAYER_DYNAMIC && want < cells_of_any_pose(&scene->pages[layer]))
-        want = cells_of_any_pose(&scene->pages[layer]);
+    /* The static layer is built when something was loaded or the cascades moved: one wait does not count then. The dynamic
+     * layer's room is settled when its members change, so that no frame depends on what earlier ones needed. */
     uint32_t *capacity = layer == KD_LAYER_STATIC ? &svo->static_capacity : &svo->dynamic_capacity;
+    uint32_t *in_use = layer == KD_LAYER_STATIC ? &svo->static_room : &svo->dynamic_room;
+    uint32_t want = *in_use;
+    if (layer == KD_LAYER_STATIC)
+        want = read_counter(gpu, svo, counter_of(layer));
+    else if (scene->pages[layer].changed || !want)
+        want = cells_in_any_pose(gpu, read_counter(gpu, svo, counter_of(layer)), scene->pages[layer].voxel_count);
     if (want > *capacity && svo_reserve_cells(gpu, svo, layer, want) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: no room for %u cells; some voxels are left out", want);
-    uint32_t room = *capacity < want ? *capacity : want;
+    uint32_t room = *in_use = *capacity < want ? *capacity : want;
     kd_gpu_fill_buffer(gpu, svo->sums, 0, (size_t)room * KD_SUM_WORDS * 4, 0);
     write_args(gpu, state, svo);
     accumulate_layer(gpu, state, svo, scene, layer, room);
@@ -149,14 +158,18 @@ static void node_table(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_
     kd_gpu_dispatch_indirect(gpu, state->nodes, svo->counters, (KD_ARGS_LEVEL + 3 * l) * 4);
 }
 
-static void reserve_nodes(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene, bool loading)
+/* Nodes are counted, with one wait, when a layer's members changed or the static layer was built anew; the dynamic layer gets
+ * room for every pose, as with cells. */
+static void reserve_nodes(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    uint32_t want = 0;
-    if (loading) {
-        uint32_t top = kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2;
-        want = read_counter(gpu, svo, KD_COUNT_LEVEL + top);
-        want += want / 4 + (uint32_t)(scene->pages[KD_LAYER_DYNAMIC].voxel_count / 2) + 1024;
-    }
+    bool counted = scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed;
+    if (!counted)
+        return;
+    uint32_t top = kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2;
+    uint32_t want = read_counter(gpu, svo, KD_COUNT_LEVEL + top) + 1024;
+    want += want / 4 + (uint32_t)scene->pages[KD_LAYER_DYNAMIC].voxel_count;
+    uint64_t most = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / (8 * 8);
+    want = want < most ? want : (uint32_t)most;
     if (want > svo->node_capacity && svo_reserve_nodes(gpu, svo, want) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: no room for %u nodes; some voxels are left out", want);
 }
@@ -174,7 +187,8 @@ void build_tree(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene
                         svo->mask_first[l], svo->counters, KD_COUNT_LEVEL + l);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     }
-    reserve_nodes(gpu, svo, scene, scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed);
+    reserve_nodes(gpu, svo, scene);
+    svo->list_capacity[svo->current] = svo->node_capacity;
     svo_write_params(gpu, svo, scene);
     write_args(gpu, state, svo);
     kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);

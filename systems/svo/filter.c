@@ -26,7 +26,7 @@ static void filter_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint3
 
 static void clear_stale(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
 {
-    uint32_t pass[4] = {KD_COUNT_PREVIOUS, svo->node_capacity, 0, 0};
+    uint32_t pass[4] = {KD_COUNT_PREVIOUS, svo->list_capacity[svo->current ^ 1], 0, 0};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->lists[svo->current ^ 1]);

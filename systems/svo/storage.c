@@ -93,10 +93,11 @@ kd_status svo_reserve_cells(kd_gpu *gpu, kd_svo *svo, kd_voxel_layer layer, uint
 
 void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene)
 {
+    float unit = scene->stored_unit > 0 ? scene->stored_unit : 1;
     struct kd_tree_params p = {
         .info = {svo->cascades, scene->resolution, svo->leaf_level, svo->leaf_level - KD_DENSE_LOG2},
-        .capacity = {svo->node_capacity, svo->node_capacity, svo->dynamic_capacity, svo->static_capacity},
-        .light = {scene->brightest_emission, 0, 0, 0},
+        .capacity = {svo->node_capacity, svo->node_capacity, svo->dynamic_room, svo->static_room},
+        .light = {scene->brightest_emission, 1 / unit, unit, 0},
         .atlas = {1.0f / ATLAS_WIDTH, 1.0f / KD_DENSE, 1.0f / (float)atlas_depth(svo->cascades), 0},
     };
     float half = 0.5f * (float)scene->resolution * scene->span[0];

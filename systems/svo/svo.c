@@ -17,9 +17,12 @@ static void prepare(kd_system_context *context)
 {
     kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
     kd_svo *svo = kd_singleton(context->world, kd_svo);
-    if (!svo->masks.id && svo_make(context->gpu, svo, scene) != KD_OK)
+    if (!svo->masks.id && !svo->failed && svo_make(context->gpu, svo, scene) != KD_OK) {
         kd_log(KD_LOG_ERROR, "octree: no room for %u cascades of %u^3; choose a smaller voxels.resolution",
                scene->cascade_count, scene->resolution);
+        svo_destroy(context->gpu, svo);
+        svo->failed = true;
+    }
     if (svo->uniform.id)
         svo_write_params(context->gpu, svo, scene);
 }
@@ -56,21 +59,13 @@ static void spread_counts(const kd_svo *svo, const uint32_t *counts, kd_tree *tr
     }
 }
 
-/* Counts of earlier frames come back without a wait: nodes that found no room are grown for, and told once. */
+/* Counts of earlier frames come back without a wait, for the statistics alone: room depends on nothing that depends on time. */
 static void follow_counts(kd_gpu *gpu, svo_state *state, kd_svo *svo, kd_tree *tree)
 {
     const uint32_t *counts;
     size_t size;
     while ((counts = kd_gpu_readback_poll(gpu, state->readback, false, NULL, &size)) != NULL) {
-        uint32_t nodes = 0, levels = svo->leaf_level - KD_DENSE_LOG2;
-        for (uint32_t l = 0; l < levels; l++)
-            nodes = counts[KD_COUNT_LEVEL + l] > nodes ? counts[KD_COUNT_LEVEL + l] : nodes;
-        if (nodes > svo->node_capacity - svo->node_capacity / 8)
-            svo_reserve_nodes(gpu, svo, nodes + nodes / 2);
-        if (counts[KD_COUNT_DYNAMIC] > svo->dynamic_capacity - svo->dynamic_capacity / 8)
-            svo_reserve_cells(gpu, svo, KD_LAYER_DYNAMIC, counts[KD_COUNT_DYNAMIC] + counts[KD_COUNT_DYNAMIC] / 2);
-        if (counts[KD_COUNT_STATIC] > svo->static_capacity)
-            svo_reserve_cells(gpu, svo, KD_LAYER_STATIC, counts[KD_COUNT_STATIC] + counts[KD_COUNT_STATIC] / 4);
+        uint32_t levels = svo->leaf_level - KD_DENSE_LOG2;
         tree->leaf_cells = counts[KD_COUNT_STATIC] + counts[KD_COUNT_DYNAMIC];
         tree->node_count = 0;
         for (uint32_t l = 0; l < levels; l++)

@@ -31,6 +31,19 @@ static kd_voxel_chunk *push_chunk(kd_voxel_scene *scene)
     return chunk;
 }
 
+/* Cells [low, high) whose low corners lie in a tile. */
+static void cut_to_tile(const kd_voxel_cache *cache, int64_t low[3], int64_t high[3])
+{
+    const int32_t *tile = &cache->tile.x;
+    const float *phase = &cache->phase.x;
+    for (int k = 0; k < 3; k++) {
+        int64_t from = (int64_t)ceilf(((float)tile[k] * cache->tile.edge - phase[k]) / cache->span);
+        int64_t to = (int64_t)ceilf(((float)(tile[k] + 1) * cache->tile.edge - phase[k]) / cache->span);
+        low[k] = low[k] > from ? low[k] : from;
+        high[k] = high[k] < to ? high[k] : to;
+    }
+}
+
 /* Lattice cells [low, high) of the primitive's bounds, counted from the phase; one cell of margin for the nudge. */
 static void lattice_range(const kd_voxel_cache *cache, const kd_primitive_desc *desc, int64_t low[3], int64_t high[3])
 {
@@ -41,6 +54,8 @@ static void lattice_range(const kd_voxel_cache *cache, const kd_primitive_desc *
         if (high[k] <= low[k])
             high[k] = low[k] + 1;
     }
+    if (cache->tile.tiled)
+        cut_to_tile(cache, low, high);
 }
 
 static kd_status make_chunk(kd_gpu *gpu, cache_state *state, const kd_scene_store *store, kd_voxel_scene *scene,
@@ -106,7 +121,7 @@ static void run(kd_system_context *context)
     kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     uint32_t first_chunk = scene->chunk_count;
-    for (; state->made < scene->cache_count; state->made++) {
+    for (; state->made < scene->cache_count && !kd_gpu_failed(context->gpu); state->made++) {
         kd_voxel_cache *cache = &scene->caches[state->made];
         kd_status status = make_cache(context->gpu, state, store, scene, cache);
         if (status)

@@ -4,21 +4,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-static uint32_t key_hash(kd_entity e, uint32_t primitive)
+static uint32_t key_hash(kd_entity e, uint32_t primitive, kd_voxel_tile t, uint32_t cascades)
 {
     uint64_t h = ((uint64_t)e.index << 32 | primitive) * 0x9E3779B97F4A7C15u;
-    return (uint32_t)(h >> 32) ^ e.generation * 0x85EBCA6Bu;
+    uint32_t place = ((uint32_t)t.x * 73856093u) ^ ((uint32_t)t.y * 19349663u) ^ ((uint32_t)t.z * 83492791u);
+    return (uint32_t)(h >> 32) ^ e.generation * 0x85EBCA6Bu ^ (t.tiled ? place ^ cascades * 0x9E3779B1u : 0);
+}
+
+static bool same_tile(kd_voxel_tile a, kd_voxel_tile b)
+{
+    return a.tiled == b.tiled && (!a.tiled || (a.x == b.x && a.y == b.y && a.z == b.z && a.edge == b.edge));
 }
 
 static bool same_key(const kd_voxel_object *o, const voxel_sight *s)
 {
-    return o->alive && kd_entity_equal(o->entity, s->entity) && o->draw_primitive == s->draw_primitive;
+    return o->alive && kd_entity_equal(o->entity, s->entity) && o->draw_primitive == s->draw_primitive &&
+           same_tile(o->tile, s->tile) && (!o->tile.tiled || o->cascades == s->cascades);
 }
 
 static void insert_slot(voxel_objects *t, const kd_voxel_scene *scene, uint32_t object)
 {
     const kd_voxel_object *o = &scene->objects[object];
-    uint32_t at = key_hash(o->entity, o->draw_primitive) & (t->slot_count - 1);
+    uint32_t at = key_hash(o->entity, o->draw_primitive, o->tile, o->cascades) & (t->slot_count - 1);
     while (t->slots[at])
         at = (at + 1) & (t->slot_count - 1);
     t->slots[at] = object + 1;
@@ -44,7 +51,7 @@ static kd_voxel_object *find(const voxel_objects *t, kd_voxel_scene *scene, cons
 {
     if (!t->slot_count)
         return NULL;
-    uint32_t at = key_hash(s->entity, s->draw_primitive) & (t->slot_count - 1);
+    uint32_t at = key_hash(s->entity, s->draw_primitive, s->tile, s->cascades) & (t->slot_count - 1);
     for (; t->slots[at]; at = (at + 1) & (t->slot_count - 1))
         if (same_key(&scene->objects[t->slots[at] - 1], s))
             return &scene->objects[t->slots[at] - 1];
@@ -87,7 +94,9 @@ static kd_status add(voxel_objects *t, kd_voxel_scene *scene, const voxel_sight 
                            .alive = true,
                            .model_ws = s->model_ws,
                            .cached_scale = s->scale,
-                           .dynamic = s->kind != KD_VOXEL_RIGID};
+                           .tile = s->tile,
+                           .cascades = s->cascades,
+                           .dynamic = s->kind != KD_VOXEL_RIGID || s->dynamic};
     t->live++;
     insert_slot(t, scene, index);
     *out = o;
@@ -133,6 +142,7 @@ kd_status objects_see(voxel_objects *t, kd_voxel_scene *scene, const voxel_sight
     o->bounds_min_ws = s->bounds_min_ws;
     o->bounds_max_ws = s->bounds_max_ws;
     o->desc = s->desc;
+    o->cascades = s->cascades;
     o->seen = true;
     return KD_OK;
 }
@@ -162,17 +172,29 @@ static uint32_t find_cache(const kd_voxel_scene *scene, const kd_voxel_object *o
     for (uint32_t i = scene->cache_count; i-- > 0;) {
         const kd_voxel_cache *c = &scene->caches[i];
         if (c->primitive == o->primitive && c->material == o->material && c->kind == o->kind &&
-            fabsf(c->span - span) < span * 1e-3f &&
+            fabsf(c->span - span) < span * 1e-3f && same_tile(c->tile, o->tile) &&
             (!aligned || (near(c->phase.x, phase.x, span) && near(c->phase.y, phase.y, span) && near(c->phase.z, phase.z, span))))
             return i + 1;
     }
     return 0;
 }
 
+/* Deforming meshes are not cut into tiles: where one is larger than this many cells, its voxels are coarser. */
+#define DEFORMING_CELLS 2048
+
+static float span_of(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c)
+{
+    float span = scene->span[c] / o->cached_scale;
+    if (o->kind == KD_VOXEL_RIGID)
+        return span;
+    kd_vec3 size = kd_vec3_sub(o->desc->bounds_max, o->desc->bounds_min);
+    return fmaxf(span, fmaxf(size.x, fmaxf(size.y, size.z)) / DEFORMING_CELLS);
+}
+
 kd_status objects_want_cache(voxel_objects *t, kd_voxel_scene *scene, kd_voxel_object *o, const kd_primitive_desc *desc,
                              uint32_t c)
 {
-    float span = scene->span[c] / o->cached_scale;
+    float span = span_of(scene, o, c);
     kd_vec3 phase = lattice_phase(o, span);
     o->caches[c] = find_cache(scene, o, span, phase);
     if (o->caches[c])
@@ -187,7 +209,7 @@ kd_status objects_want_cache(voxel_objects *t, kd_voxel_scene *scene, kd_voxel_o
     }
     scene->caches[scene->cache_count++] =
         (kd_voxel_cache){.primitive = o->primitive, .material = o->material, .desc = desc, .kind = o->kind, .span = span,
-                         .phase = phase};
+                         .phase = phase, .tile = o->tile};
     o->caches[c] = scene->cache_count;
     return KD_OK;
 }

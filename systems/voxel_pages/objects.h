@@ -29,10 +29,13 @@ typedef struct voxel_sight {
     kd_mat4 model_ws;
     uint32_t first_matrix;
     float scale;             /* largest stretch from model space to the world */
+    kd_voxel_tile tile;
+    uint32_t cascades;       /* bits of the cascades in which it may stand */
+    bool dynamic;            /* known to have moved, through the primitive that a tile is part of */
     kd_vec3 bounds_min_ws, bounds_max_ws;
 } voxel_sight;
 
-/** Enter what is seen this frame into the table; marks it seen. Errors KD_NO_MEMORY */
+/** Enter what is seen this frame into the table; marks it seen. May move kd_voxel_scene.objects. Errors KD_NO_MEMORY */
 kd_status objects_see(voxel_objects *table, kd_voxel_scene *scene, const voxel_sight *sight);
 
 /** Choose or ask for the cache of an object in cascade c. Errors KD_NO_MEMORY */

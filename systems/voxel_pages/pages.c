@@ -2,10 +2,12 @@
  * go or move for the first time. The CPU decides who is in and makes pages enough; the GPU hands out the slots. */
 #include "systems/voxel_pages/voxel_pages.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "components/frame.h"
+#include "components/light.h"
 #include "components/scene_store.h"
 #include "runtime/core/arena.h"
 #include "runtime/core/log.h"
@@ -37,8 +39,7 @@ typedef struct pages_state {
     list ids;  /* ids of an object's segments: kd_voxel_object.first_segment points here */
     struct kd_voxel_object_params *params;
     uint32_t params_capacity;
-    uint32_t revision_static; /* of emission, see below */
-    kd_gpu_buffer empty;
+    kd_query *lights;
 } pages_state;
 
 static void *list_push(list *l, size_t size)
@@ -122,12 +123,17 @@ static void exclude(pages_state *state, kd_voxel_scene *scene, kd_voxel_object *
     o->voxels[c] = 0;
 }
 
+static bool stands_in(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c)
+{
+    return (o->cascades >> c & 1u) && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws);
+}
+
 static void update_object(pages_state *state, kd_voxel_scene *scene, uint32_t index)
 {
     kd_voxel_object *o = &scene->objects[index];
     bool leave_all = !o->seen || o->becomes_dynamic || o->recache;
     for (uint32_t c = 0; c < scene->cascade_count; c++) {
-        bool want = o->seen && o->caches[c] && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws);
+        bool want = o->seen && o->caches[c] && stands_in(scene, o, c);
         if (o->segment_count[c] && (leave_all || !want))
             exclude(state, scene, o, c);
     }
@@ -135,7 +141,7 @@ static void update_object(pages_state *state, kd_voxel_scene *scene, uint32_t in
         o->dynamic = true;
     o->becomes_dynamic = o->recache = false;
     for (uint32_t c = 0; c < scene->cascade_count; c++)
-        if (o->seen && !o->segment_count[c] && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
+        if (o->seen && !o->segment_count[c] && stands_in(scene, o, c))
             include(state, scene, index, c);
 }
 
@@ -231,10 +237,26 @@ static float brightest(const kd_scene_store *store, const kd_voxel_scene *scene)
     float best = 0;
     for (uint32_t i = 0; i < scene->object_count; i++) {
         kd_vec3 e = scene->objects[i].alive ? emission_of(store, &scene->objects[i]) : (kd_vec3){0, 0, 0};
-        float m = e.x > e.y ? (e.x > e.z ? e.x : e.z) : (e.y > e.z ? e.y : e.z);
-        best = m > best ? m : best;
+        best = fmaxf(best, fmaxf(e.x, fmaxf(e.y, e.z)));
     }
     return best;
+}
+
+/* Radiance that the tree stores as 1, a power of two: 1 in ordinary light, more under a sun in lux, so that half floats hold
+ * what is lit. Point lights count at a quarter of a metre; what is nearer may saturate. */
+static float stored_unit(kd_query *lights, float emission)
+{
+    const float near_m = 0.25f, comfortable = 1024;
+    float best = emission;
+    for (kd_iter it = kd_query_iter(lights); kd_iter_next(&it);) {
+        const kd_light *light = KD_COLUMN(&it, kd_light, 0);
+        for (uint32_t i = 0; i < it.count; i++) {
+            float color = fmaxf(light[i].color.x, fmaxf(light[i].color.y, light[i].color.z));
+            float e = light[i].intensity * color / (light[i].type == KD_DIRECTIONAL ? 1.0f : near_m * near_m);
+            best = fmaxf(best, e * (1 / 3.14159265f));
+        }
+    }
+    return best > comfortable && isfinite(best) ? exp2f(ceilf(log2f(best / comfortable))) : 1.0f;
 }
 
 static void fill_params(const kd_scene_store *store, const kd_voxel_scene *scene, const kd_voxel_object *o,
@@ -298,6 +320,7 @@ static void run(kd_system_context *context)
     }
     float before = scene->brightest_emission;
     scene->brightest_emission = brightest(store, scene);
+    scene->stored_unit = stored_unit(state->lights, scene->brightest_emission);
     scene->static_changed = scene->moved || scene->pages[KD_LAYER_STATIC].changed || before != scene->brightest_emission;
     upload_params(context->gpu, state, store, scene);
     for (uint32_t l = 0; l < KD_LAYER_COUNT; l++)
@@ -313,6 +336,9 @@ static bool gi_is_on(kd_system_context *context)
 static kd_status init(kd_system_context *context)
 {
     pages_state *state = context->user;
+    state->lights = kd_query_make(context->world, &(kd_query_desc){.terms = {KD_READ(kd_light)}, .name = "voxel_pages.lights"});
+    if (!state->lights)
+        return KD_NO_MEMORY;
     state->allocate = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/allocate.comp"});
     state->free = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/free.comp"});
     return state->allocate.id && state->free.id ? KD_OK : KD_GPU;
@@ -322,6 +348,7 @@ static void fini(kd_system_context *context)
 {
     pages_state *state = context->user;
     kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
+    kd_query_destroy(state->lights);
     kd_gpu_destroy_program(context->gpu, state->allocate);
     kd_gpu_destroy_program(context->gpu, state->free);
     kd_gpu_destroy_buffer(context->gpu, state->requests);
@@ -351,7 +378,7 @@ kd_status kd_voxel_pages_import(kd_schedule *s)
                                   .name = "voxel_pages",
                                   .phase = KD_PHASE_VOXEL_IO,
                                   .where = KD_ON_GPU,
-                                  .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame)},
+                                  .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame), KD_USES(kd_light)},
                                   .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
                                                 {"voxels.objects", KD_USE_COPY_WRITE}},
                                   .run_if = gi_is_on,

@@ -11,6 +11,7 @@
 #include "runtime/core/log.h"
 #include "systems/voxel_pages/objects.h"
 #include "systems/voxel_pages/placement.h"
+#include "systems/voxel_pages/tiles.h"
 
 /* Part of the finest cascade's half extent by which its centre goes ahead of the camera: what lies behind the viewer
  * needs fewer fine voxels than what is in front. */
@@ -109,6 +110,7 @@ static void see_everything(kd_system_context *context, voxel_objects *table, kd_
         if (!mi || mi->no_voxels)
             continue;
         voxel_sight s = sight_of(w, store, &list->draws[i], mi);
+        s.cascades = tiles_whole(scene, &s);
         if (usable(&s) && objects_see(table, scene, &s) != KD_OK) {
             kd_log(KD_LOG_WARNING, "out of memory for voxel objects; indirect light lacks some");
             return;
@@ -121,7 +123,7 @@ static void want_caches(voxel_objects *table, kd_voxel_scene *scene)
     for (uint32_t i = 0; i < scene->object_count; i++) {
         kd_voxel_object *o = &scene->objects[i];
         for (uint32_t c = 0; o->alive && o->seen && c < scene->cascade_count; c++)
-            if (!o->caches[c] && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
+            if (!o->caches[c] && (o->cascades >> c & 1u) && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
                 objects_want_cache(table, scene, o, o->desc, c);
     }
 }
@@ -143,7 +145,7 @@ static box place_bounds(const kd_voxel_scene *scene, const kd_draw_list *list)
     box b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (uint32_t i = 0; i < scene->object_count; i++) {
         const kd_voxel_object *o = &scene->objects[i];
-        if (o->alive && o->seen && !o->dynamic && !o->becomes_dynamic)
+        if (o->alive && o->seen && !o->tile.tiled && !o->dynamic && !o->becomes_dynamic)
             grow_box(&b, o->bounds_min_ws, o->bounds_max_ws);
     }
     return b.low.x <= b.high.x ? b : (box){list->bounds_min_ws, list->bounds_max_ws};
@@ -163,6 +165,8 @@ static void run(kd_system_context *context)
     see_everything(context, table, scene);
     box bounds = place_bounds(scene, list);
     placement_update(scene, focus, bounds.low, bounds.high);
+    if (tiles_see(table, scene) != KD_OK)
+        kd_log(KD_LOG_WARNING, "out of memory for voxel objects; indirect light lacks some");
     want_caches(table, scene);
     scene->internal = table;
 }
