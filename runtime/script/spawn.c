@@ -56,10 +56,11 @@ static void read_mesh(lua_State *L, kd_script_mesh *mesh) {
         if (!mesh->shape || !is_one_of(shapes, mesh->shape))
             luaL_error(L, "mesh.shape must be box, sphere, plane, cylinder or torus, not '%s'; choose one",
                        mesh->shape ? mesh->shape : "nothing");
-        mesh->size = (kd_vec3){1, 1, 1};
+        bool torus = strcmp(mesh->shape, "torus") == 0; /* size.y is its tube: a quarter unless it is given */
+        mesh->size = (kd_vec3){1, torus ? 0.25f : 1, 1};
         if (lua_getfield(L, table, "size") == LUA_TNUMBER) {
             float edge = (float)lua_tonumber(L, -1);
-            mesh->size = (kd_vec3){edge, edge, edge};
+            mesh->size = (kd_vec3){edge, torus ? edge / 4 : edge, edge};
         } else {
             script_get_floats(L, table, "mesh", "size", &mesh->size.x, 3);
         }

@@ -81,12 +81,16 @@ void main()
     float span = tree.cascade[k].w;
     vec3 view = view_direction(s.position_ws);
     vec3 face = dot(s.face_normal_ws, view) > 0.0 ? -s.face_normal_ws : s.face_normal_ws;
-    vec3 origin = s.position_ws + face * (gather.cone.w * span);
+    // What lies beyond the outermost cascade is lit as its border is: no jump, and no more sky than there.
+    int outer = tree_cascades() - 1;
+    vec3 reach = vec3(tree.cascade[outer].w * float(tree_resolution()) * 0.5 * (1.0 - 4.0 / float(KD_DENSE)));
+    vec3 origin = clamp(s.position_ws + face * (gather.cone.w * span), tree.centre.xyz - reach, tree.centre.xyz + reach);
     vec4 diffuse = trace_diffuse(origin, s.normal_ws, span, at);
     imageStore(diffuse_out, at, diffuse);
     // A rough surface's lobe is about as wide as the hemisphere: the diffuse cones have seen it already.
     vec3 specular = diffuse.rgb;
-    if (gather.flags.x != 0u && s.roughness < ROUGH)
+    bool rough = gather.flags.x == 0u || s.roughness >= ROUGH; // smooth.comp takes the smoothed diffuse light then
+    if (!rough)
         specular = trace_specular(origin, s, view, span);
-    imageStore(specular_out, at, vec4(specular, 1.0));
+    imageStore(specular_out, at, vec4(specular, rough ? 0.0 : 1.0));
 }

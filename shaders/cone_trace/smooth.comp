@@ -1,5 +1,5 @@
 // Joins the sets of cones of neighbouring traced pixels: a 3x3 tent (1 2 1), which weighs the four turns of gather.comp
-// equally, kept to pixels of the same surface. Reflections are left as they are.
+// equally, kept to pixels of the same surface. Traced reflections are left as they are; rough ones are the diffuse light.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shaders/cone_trace/traced.glsl"
@@ -29,5 +29,5 @@ void main()
         diffuse += w * texelFetch(diffuse_in, other, 0);
         sum += w;
     }
-    store(at, diffuse, specular * sum, sum);
+    store(at, diffuse, specular.a > 0.5 ? specular * sum : diffuse, sum);
 }

@@ -73,7 +73,9 @@ static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_d
                      .draw_primitive = draw->primitive,
                      .primitive = mesh->first_primitive + local,
                      .deformed = deformed ? draw->primitive + 1 : 0,
-                     .kind = !deformed ? KD_VOXEL_RIGID : skin && mesh->skinned ? KD_VOXEL_SKINNED : KD_VOXEL_ATTACHED,
+                     .kind = !deformed                                          ? KD_VOXEL_RIGID
+                             : skin && mesh->skinned && mesh->morph_count == 0 ? KD_VOXEL_SKINNED
+                                                                               : KD_VOXEL_ATTACHED,
                      .desc = &mesh->desc->primitives[local],
                      .model_ws = KD_MAT4_IDENTITY,
                      .bounds_min_ws = draw->bounds_min_ws,
@@ -81,7 +83,7 @@ static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_d
     s.material = mi->material ? mi->material - 1 : store->primitives[s.primitive].material;
     if (s.material >= store->material_count)
         s.material = 0; /* as the draw list has it */
-    if (s.kind == KD_VOXEL_SKINNED) {
+    if (deformed && skin && mesh->skinned) { /* deformed into the world already, morphing or not */
         s.first_matrix = skin->first_matrix;
         s.scale = STRETCH * skin_scale(kd_singleton(w, kd_joint_palette), skin, store->skins[skin->skin].joint_count);
         return s;
