@@ -86,7 +86,7 @@ static void assert_packed(voxel_world *v, const kd_voxel_chunk *chunk) {
 
 static void chunk_of_many_columns_is_packed_in_full(void **state) {
     (void)state;
-    voxel_world v = voxel_open((voxel_options){.span = SPAN});
+    voxel_world v = voxel_open((voxel_options){.resolution = 256, .span = SPAN});
     voxel_spawn(&v, make_grid(300, 700 * SPAN), voxel_at(0, 0, 0));
     voxel_frame(&v);
     const kd_voxel_cache *cache = cache_of(&v);
@@ -103,7 +103,7 @@ static void chunk_of_many_columns_is_packed_in_full(void **state) {
 
 static void chunk_of_many_cells_is_packed_in_full(void **state) {
     (void)state;
-    voxel_world v = voxel_open((voxel_options){.span = SPAN});
+    voxel_world v = voxel_open((voxel_options){.resolution = 256, .span = SPAN});
     voxel_spawn(&v, make_slope(520 * SPAN), voxel_at(0, 0, 0));
     voxel_frame(&v);
     const kd_voxel_cache *cache = cache_of(&v);
@@ -145,7 +145,7 @@ static void voxels_that_no_buffer_holds_are_left_out_whole(void **state) {
     kd_voxel_chunk chunk;
     const uint32_t count = 701 * 701;
     const int64_t limit = (int64_t)count * 8 * 4 + 1000; /* four chunks of shapes; sums of one */
-    voxel_world v = voxel_open((voxel_options){.span = SPAN});
+    voxel_world v = voxel_open((voxel_options){.resolution = 256, .span = SPAN});
     voxel_spawn(&v, make_grid(100, 700 * SPAN), voxel_at(0, 0, 0));
     voxel_frame(&v);
     assert_int_equal(voxelizer_init(voxel_gpu, &tool), KD_OK);
@@ -165,7 +165,7 @@ static void voxels_that_no_buffer_holds_are_left_out_whole(void **state) {
 static void mask_that_no_buffer_holds_is_refused(void **state) {
     (void)state;
     voxelizer tool = {0};
-    voxel_world v = voxel_open((voxel_options){.span = SPAN});
+    voxel_world v = voxel_open((voxel_options){.resolution = 256, .span = SPAN});
     voxel_spawn(&v, make_slope(300 * SPAN), voxel_at(0, 0, 0));
     voxel_frame(&v);
     assert_int_equal(voxelizer_init(voxel_gpu, &tool), KD_OK);

@@ -77,7 +77,7 @@ static void a_sparse_morph_target_is_added(void **state) {
         image_render(
             image_scenario(scene,
                            "kandil.scene { size = {96, 54} }\n"
-                           "kandil.spawn { model = '%s.glb', transform = { scale = {100, 100, 100} } }\n"
+                           "kandil.spawn { model = '%s.glb', animation = {}, transform = { scale = {100, 100, 100} } }\n"
                            "kandil.spawn { light = {}, transform = { look_at = {-1, -2, -3} } }\n"
                            "kandil.spawn { camera = {}, transform = { position = {0, 0, 6} } }\n",
                            names[i]),
