@@ -1,4 +1,5 @@
-/* System gather: `--gi cones`. Traces cones from the G-buffer through the octree and brings the result to picture size. */
+/* System gather: `--gi cones`. Traces cones from the G-buffer through the octree and brings the result to
+ * picture size. */
 #include "systems/cone_trace/cone_trace.h"
 
 #include <math.h>
@@ -23,8 +24,9 @@ typedef struct gather_state {
 
 static kd_gpu_texture make_target(kd_gpu *gpu, uint32_t width, uint32_t height, const char *name)
 {
-    return kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA16F, .width = width, .height = height,
-                                                           .filter = KD_NEAREST, .name = name});
+    return kd_gpu_make_texture(
+        gpu, &(kd_gpu_texture_desc){
+                 .format = KD_RGBA16F, .width = width, .height = height, .filter = KD_NEAREST, .name = name});
 }
 
 static void remake(kd_gpu *gpu, kd_gpu_texture *texture, uint32_t width, uint32_t height, const char *name)
@@ -33,7 +35,8 @@ static void remake(kd_gpu *gpu, kd_gpu_texture *texture, uint32_t width, uint32_
     *texture = make_target(gpu, width, height, name);
 }
 
-static void fit_targets(kd_gpu *gpu, gather_state *state, kd_gi_targets *gi, uint32_t width, uint32_t height, uint32_t n)
+static void fit_targets(kd_gpu *gpu, gather_state *state, kd_gi_targets *gi, uint32_t width, uint32_t height,
+                        uint32_t n)
 {
     uint32_t w = (width + n - 1) / n, h = (height + n - 1) / n;
     if (gi->width != width || gi->height != height) {
@@ -52,10 +55,12 @@ static void fit_targets(kd_gpu *gpu, gather_state *state, kd_gi_targets *gi, uin
     }
 }
 
-/* A ring at 60 degrees becomes four at 53 to 68: a small bright thing then leaves no ring on the wall beside it. */
+/* A ring at 60 degrees becomes four at 53 to 68: a small bright thing then leaves no ring on the wall beside
+ * it. */
 #define CONE_TILT 0.1f
 
-static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tree, uint32_t width, uint32_t height)
+static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tree, uint32_t width,
+                                         uint32_t height)
 {
     float reach = tree->span_m[tree->cascade_count - 1] * (float)tree->resolution * 1.7320508f;
     struct kd_gather_params p = {
@@ -111,7 +116,8 @@ static void run(kd_system_context *context)
     const kd_tree *tree = kd_singleton(w, kd_tree);
     kd_gi_targets *gi = kd_singleton(w, kd_gi_targets);
     uint32_t n = (uint32_t)frame->settings.cones_resolution;
-    if (!tree->radiance.id || !kd_tree_fit_program(gpu, tree, "shaders/cone_trace/gather.comp", &state->gather))
+    if (!tree->radiance.id ||
+        !kd_tree_fit_program(gpu, tree, "shaders/cone_trace/gather.comp", &state->gather))
         return;
     fit_targets(gpu, state, gi, frame->width, frame->height, n);
     struct kd_gather_params params = params_of(&frame->settings, tree, frame->width, frame->height);
@@ -120,12 +126,13 @@ static void run(kd_system_context *context)
     trace(gpu, state, tree);
     kd_gpu_texture smooth_diffuse = n == 1 ? gi->diffuse : state->diffuse[1];
     kd_gpu_texture smooth_specular = n == 1 ? gi->specular : state->specular[1];
-    refine(gpu, state->smooth, state->diffuse[0], state->specular[0], smooth_diffuse, smooth_specular, state->width,
-           state->height);
+    refine(gpu, state->smooth, state->diffuse[0], state->specular[0], smooth_diffuse, smooth_specular,
+           state->width, state->height);
     if (n == 1)
         return;
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
-    refine(gpu, state->upsample, smooth_diffuse, smooth_specular, gi->diffuse, gi->specular, frame->width, frame->height);
+    refine(gpu, state->upsample, smooth_diffuse, smooth_specular, gi->diffuse, gi->specular, frame->width,
+           frame->height);
 }
 
 static bool gi_is_cones(kd_system_context *context)
@@ -136,8 +143,10 @@ static bool gi_is_cones(kd_system_context *context)
 static kd_status init(kd_system_context *context)
 {
     gather_state *state = context->user;
-    state->upsample = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/cone_trace/upsample.comp"});
-    state->smooth = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/cone_trace/smooth.comp"});
+    state->upsample = kd_gpu_make_program(
+        context->gpu, &(kd_gpu_program_desc){.compute = "shaders/cone_trace/upsample.comp"});
+    state->smooth = kd_gpu_make_program(context->gpu,
+                                        &(kd_gpu_program_desc){.compute = "shaders/cone_trace/smooth.comp"});
     return state->upsample.id && state->smooth.id ? KD_OK : KD_GPU;
 }
 

@@ -15,13 +15,14 @@ static unsigned ring(kd_vec4 *out, unsigned count, float polar, float turn, floa
 {
     for (unsigned i = 0; i < count; i++) {
         float azimuth = turn + 2 * PI * (float)i / (float)count;
-        out[i] = (kd_vec4){sinf(polar) * cosf(azimuth), sinf(polar) * sinf(azimuth), cosf(polar), weight / (float)count};
+        out[i] = (kd_vec4){sinf(polar) * cosf(azimuth), sinf(polar) * sinf(azimuth), cosf(polar),
+                           weight / (float)count};
     }
     return count;
 }
 
-/* Up to 4 cones form one ring at the polar angle whose cosine is the weighted mean (2/3); up to 8 a cap of 30 degrees and a
- * ring at 60 degrees below it; more get a second ring. */
+/* Up to 4 cones form one ring at the polar angle whose cosine is the weighted mean (2/3); up to 8 a cap of 30
+ * degrees and a ring at 60 degrees below it; more get a second ring. */
 float cones_make(kd_vec4 *out, unsigned count)
 {
     if (count <= 4) {

@@ -23,7 +23,7 @@ static void run(kd_system_context *context)
         return;
     uint32_t top = kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2;
     uint32_t pass[8] = {KD_COUNT_LEVEL + top, svo->node_capacity, top * svo->node_capacity, 0,
-                        svo->layer_words, svo->static_room, svo->dynamic_room, 0};
+                        svo->layer_words,     svo->static_room,   svo->dynamic_room,        0};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, pass, sizeof pass);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
@@ -48,7 +48,8 @@ static bool gi_is_on(kd_system_context *context)
 static kd_status init(kd_system_context *context)
 {
     inject_state *state = context->user;
-    state->inject = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/lighting/inject.comp"});
+    state->inject =
+        kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/lighting/inject.comp"});
     return state->inject.id ? KD_OK : KD_GPU;
 }
 

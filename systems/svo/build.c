@@ -1,9 +1,10 @@
 /* The order-free build. Masks of occupied cells come from the transform; here:
- *   1. ranks of a layer's mask bits give every occupied cell a number; attributes of the voxels are added up there;
+ *   1. ranks of a layer's mask bits give every occupied cell a number; attributes of the voxels are added up
+ * there;
  *   2. both layers' masks are joined and reduced, level by level; ranks of each level number its nodes;
  *   3. lists (node to code) and the node table (children, eight at a time) follow from masks and ranks alone.
- * Nothing depends on the order of threads. Source of the bottom-up idea: Karras 2012; of the level structure: Yalciner 2016,
- * section 4.4 and 4.5, where nodes are allocated top-down with atomics instead. */
+ * Nothing depends on the order of threads. Source of the bottom-up idea: Karras 2012; of the level structure:
+ * Yalciner 2016, section 4.4 and 4.5, where nodes are allocated top-down with atomics instead. */
 #include "systems/svo/build.h"
 
 #include "runtime/core/log.h"
@@ -11,13 +12,20 @@
 
 enum { GROUP = 128 };
 
-static uint32_t groups(uint32_t count) { return (count + 63) / 64; }
+static uint32_t groups(uint32_t count)
+{
+    return (count + 63) / 64;
+}
 
-static uint32_t counter_of(kd_voxel_layer layer) { return layer == KD_LAYER_STATIC ? KD_COUNT_STATIC : KD_COUNT_DYNAMIC; }
+static uint32_t counter_of(kd_voxel_layer layer)
+{
+    return layer == KD_LAYER_STATIC ? KD_COUNT_STATIC : KD_COUNT_DYNAMIC;
+}
 
-/* Cells that voxels cover at most in practice: one each on the lattice, two or three off it, since neighbours share. */
-/* Room for a layer's cells, kept until its members change. Surfaces share two to three cells a voxel in any pose, wires up to
- * four, and what is counted now may lie on the lattice: twice the count covers that. */
+/* Cells that voxels cover at most in practice: one each on the lattice, two or three off it, since neighbours
+ * share. */
+/* Room for a layer's cells, kept until its members change. Surfaces share two to three cells a voxel in any
+ * pose, wires up to four, and what is counted now may lie on the lattice: twice the count covers that. */
 static uint32_t cells_in_any_pose(kd_gpu *gpu, uint32_t counted, uint64_t voxels)
 {
     uint64_t most = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / (KD_SUM_WORDS * 4);
@@ -53,7 +61,8 @@ static void accumulate_layer(kd_gpu *gpu, svo_state *state, const kd_svo *svo, c
     state->bytes_build += pages->voxel_count * (12 + 4 + 4 + 11 * 8);
 }
 
-static void pack_layer(kd_gpu *gpu, svo_state *state, const kd_svo *svo, kd_voxel_layer layer, uint32_t capacity)
+static void pack_layer(kd_gpu *gpu, svo_state *state, const kd_svo *svo, kd_voxel_layer layer,
+                       uint32_t capacity)
 {
     uint32_t pass[4] = {counter_of(layer), capacity, 0, 0};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
@@ -83,7 +92,8 @@ static void write_args(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
 }
 
-void build_layer(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, kd_voxel_layer layer)
+void build_layer(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
+                 kd_voxel_layer layer)
 {
     uint32_t first = layer * svo->layer_words;
     kd_gpu_rank_run(gpu, &state->rank, svo->masks, first, svo->layer_words, svo->ranks, first, svo->counters,
@@ -92,15 +102,17 @@ void build_layer(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scen
     state->bytes_build += (uint64_t)svo->layer_words * 12;
     if (!scene->pages[layer].segment_count)
         return;
-    /* The static layer is built when something was loaded or the cascades moved: one wait does not count then. The dynamic
-     * layer's room is settled when its members change, so that no frame depends on what earlier ones needed. */
+    /* The static layer is built when something was loaded or the cascades moved: one wait does not count
+     * then. The dynamic layer's room is settled when its members change, so that no frame depends on what
+     * earlier ones needed. */
     uint32_t *capacity = layer == KD_LAYER_STATIC ? &svo->static_capacity : &svo->dynamic_capacity;
     uint32_t *in_use = layer == KD_LAYER_STATIC ? &svo->static_room : &svo->dynamic_room;
     uint32_t want = *in_use;
     if (layer == KD_LAYER_STATIC)
         want = read_counter(gpu, svo, counter_of(layer));
     else if (scene->pages[layer].changed || !want)
-        want = cells_in_any_pose(gpu, read_counter(gpu, svo, counter_of(layer)), scene->pages[layer].voxel_count);
+        want = cells_in_any_pose(gpu, read_counter(gpu, svo, counter_of(layer)),
+                                 scene->pages[layer].voxel_count);
     if (want > *capacity && svo_reserve_cells(gpu, svo, layer, want) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: no room for %u cells; some voxels are left out", want);
     uint32_t room = *in_use = *capacity < want ? *capacity : want;
@@ -146,7 +158,8 @@ static void list_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_
 
 static void node_table(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l)
 {
-    uint32_t cap = svo->node_capacity, pass[4] = {KD_COUNT_LEVEL + l, svo->mask_first[l + 1], cap, l * 8 * cap};
+    uint32_t cap = svo->node_capacity,
+             pass[4] = {KD_COUNT_LEVEL + l, svo->mask_first[l + 1], cap, l * 8 * cap};
     uint32_t place[4] = {l * cap, cap, 0, 0};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_uniform(gpu, 1, place, sizeof place);
@@ -158,8 +171,8 @@ static void node_table(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_
     kd_gpu_dispatch_indirect(gpu, state->nodes, svo->counters, (KD_ARGS_LEVEL + 3 * l) * 4);
 }
 
-/* Nodes are counted, with one wait, when a layer's members changed or the static layer was built anew; the dynamic layer gets
- * room for every pose, as with cells. */
+/* Nodes are counted, with one wait, when a layer's members changed or the static layer was built anew; the
+ * dynamic layer gets room for every pose, as with cells. */
 static void reserve_nodes(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 {
     bool counted = scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed;
@@ -183,8 +196,8 @@ void build_tree(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene
     svo->current ^= 1;
     merge_masks(gpu, state, svo);
     for (uint32_t l = 0; l < levels; l++) {
-        kd_gpu_rank_run(gpu, &state->rank, svo->level_masks, svo->mask_first[l], svo->mask_words[l], svo->level_ranks,
-                        svo->mask_first[l], svo->counters, KD_COUNT_LEVEL + l);
+        kd_gpu_rank_run(gpu, &state->rank, svo->level_masks, svo->mask_first[l], svo->mask_words[l],
+                        svo->level_ranks, svo->mask_first[l], svo->counters, KD_COUNT_LEVEL + l);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     }
     reserve_nodes(gpu, svo, scene);

@@ -4,24 +4,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-static uint32_t spread(uint32_t v) {
+static uint32_t spread(uint32_t v)
+{
     uint32_t out = 0;
     for (uint32_t i = 0; i < 10; i++)
         out |= (v >> i & 1u) << (3 * i);
     return out;
 }
 
-uint32_t svo_morton(uint32_t x, uint32_t y, uint32_t z) {
+uint32_t svo_morton(uint32_t x, uint32_t y, uint32_t z)
+{
     return spread(x) | spread(y) << 1 | spread(z) << 2;
 }
 
-void svo_morton_cell(uint32_t code, uint32_t cell[3]) {
+void svo_morton_cell(uint32_t code, uint32_t cell[3])
+{
     cell[0] = cell[1] = cell[2] = 0;
     for (uint32_t i = 0; i < 30; i++)
         cell[i % 3] |= (code >> i & 1u) << (i / 3);
 }
 
-uint32_t svo_splat_weight(const uint32_t voxel[3], uint32_t i) {
+uint32_t svo_splat_weight(const uint32_t voxel[3], uint32_t i)
+{
     uint32_t product = 1;
     for (uint32_t k = 0; k < 3; k++) {
         uint32_t far_share = voxel[1] >> (8 * k) & 255u;
@@ -30,12 +34,14 @@ uint32_t svo_splat_weight(const uint32_t voxel[3], uint32_t i) {
     return product >> 16;
 }
 
-void svo_splat_cell(const uint32_t voxel[3], uint32_t i, int32_t cell[3]) {
+void svo_splat_cell(const uint32_t voxel[3], uint32_t i, int32_t cell[3])
+{
     for (uint32_t k = 0; k < 3; k++)
         cell[k] = (int32_t)(voxel[0] >> (10 * k) & 1023u) - 1 + (int32_t)(i >> k & 1u);
 }
 
-bool svo_owned(uint32_t resolution, uint32_t c, const int32_t cell[3]) {
+bool svo_owned(uint32_t resolution, uint32_t c, const int32_t cell[3])
+{
     int32_t n = (int32_t)resolution;
     bool inside = true, finer = c > 0;
     for (int k = 0; k < 3; k++) {
@@ -45,7 +51,8 @@ bool svo_owned(uint32_t resolution, uint32_t c, const int32_t cell[3]) {
     return inside && !finer;
 }
 
-static uint32_t bit_count(uint32_t v) {
+static uint32_t bit_count(uint32_t v)
+{
     uint32_t n = 0;
     for (; v; v &= v - 1)
         n++;
@@ -58,7 +65,8 @@ typedef void visit_cell(svo_reference *tree, uint32_t layer, uint32_t bit, uint3
 
 /* Visit every cell that a page voxel leaves a mark in. */
 static void visit_voxel(svo_reference *tree, uint32_t layer, uint32_t c, const uint32_t voxel[3],
-                        visit_cell *visit, const void *user) {
+                        visit_cell *visit, const void *user)
+{
     for (uint32_t i = 0; i < 8; i++) {
         int32_t cell[3];
         uint32_t weight = svo_splat_weight(voxel, i);
@@ -70,7 +78,8 @@ static void visit_voxel(svo_reference *tree, uint32_t layer, uint32_t c, const u
     }
 }
 
-static void mark(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t weight, const void *user) {
+static void mark(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t weight, const void *user)
+{
     (void)weight, (void)user;
     tree->masks[layer][bit >> 5] |= 1u << (bit & 31);
 }
@@ -84,7 +93,8 @@ typedef struct voxel_attributes {
 
 static voxel_attributes load_attributes(const svo_reference_source *source,
                                         const struct kd_voxel_segment *segment, uint32_t i,
-                                        const uint32_t voxel[3]) {
+                                        const uint32_t voxel[3])
+{
     voxel_attributes a = {.double_sided = (source->color[segment->first + i] >> 24 & 1u) != 0};
     const float *emissive = &source->objects[segment->object].emission.x;
     uint32_t share = source->shape[segment->first + i][1] >> 24;
@@ -97,7 +107,8 @@ static voxel_attributes load_attributes(const svo_reference_source *source,
     return a;
 }
 
-static void add(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t weight, const void *user) {
+static void add(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t weight, const void *user)
+{
     const voxel_attributes *a = user;
     uint32_t below = tree->masks[layer][bit >> 5] & ((1u << (bit & 31)) - 1u);
     uint32_t *sum = tree->sums[layer][tree->ranks[layer][bit >> 5] + bit_count(below)];
@@ -112,8 +123,8 @@ static void add(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t weig
     sum[11] += emissive ? weight : 0;
 }
 
-static void visit_layer(svo_reference *tree, const svo_reference_source *source, uint32_t layer,
-                        bool adding) {
+static void visit_layer(svo_reference *tree, const svo_reference_source *source, uint32_t layer, bool adding)
+{
     const svo_reference_layer *pages = &source->layers[layer];
     for (uint32_t slot = 0; slot < pages->slots; slot++) {
         const struct kd_voxel_segment *segment = &pages->segments[slot];
@@ -127,7 +138,8 @@ static void visit_layer(svo_reference *tree, const svo_reference_source *source,
     }
 }
 
-static uint32_t rank_words(const uint32_t *mask, uint32_t words, uint32_t *ranks) {
+static uint32_t rank_words(const uint32_t *mask, uint32_t words, uint32_t *ranks)
+{
     uint32_t running = 0;
     for (uint32_t i = 0; i < words; i++) {
         ranks[i] = running;
@@ -138,23 +150,27 @@ static uint32_t rank_words(const uint32_t *mask, uint32_t words, uint32_t *ranks
 
 /* ---- packing ---- */
 
-static uint32_t mean(uint32_t sum, uint32_t weight) {
+static uint32_t mean(uint32_t sum, uint32_t weight)
+{
     return (sum + weight / 2) / weight;
 }
 
-static uint32_t mean_signed(uint32_t sum, uint32_t weight) {
+static uint32_t mean_signed(uint32_t sum, uint32_t weight)
+{
     int32_t s = (int32_t)sum;
     return (s < 0 ? 0u - mean((uint32_t)-s, weight) : mean(sum, weight)) & 255u;
 }
 
 /* Three fractions numerator / denominator of one shared scale: 9 bits each and 5 bits of halvings. */
-static uint32_t emission_weight(uint32_t weight, uint32_t emissive) {
+static uint32_t emission_weight(uint32_t weight, uint32_t emissive)
+{
     uint32_t shared = weight < 256 ? weight : 256;
     shared = emissive > shared ? emissive : shared;
     return shared ? shared : 1;
 }
 
-static uint32_t pack_emission(const uint32_t sums[3], uint32_t weight) {
+static uint32_t pack_emission(const uint32_t sums[3], uint32_t weight)
+{
     uint32_t one = (uint32_t)KD_EMISSION_ONE * weight;
     uint32_t top = sums[0], halvings = 0, spare = 0, word = 0;
     for (int k = 1; k < 3; k++)
@@ -170,7 +186,8 @@ static uint32_t pack_emission(const uint32_t sums[3], uint32_t weight) {
     return word | halvings << 27;
 }
 
-static void pack_cell(const uint32_t sum[KD_SUM_WORDS], uint32_t cell[4]) {
+static void pack_cell(const uint32_t sum[KD_SUM_WORDS], uint32_t cell[4])
+{
     uint32_t weight = sum[0] ? sum[0] : 1;
     cell[0] = mean(sum[1], weight) | mean(sum[2], weight) << 10 | mean(sum[3], weight) << 20;
     cell[1] = mean_signed(sum[4], weight) | mean_signed(sum[5], weight) << 8 |
@@ -179,7 +196,8 @@ static void pack_cell(const uint32_t sum[KD_SUM_WORDS], uint32_t cell[4]) {
     cell[3] = sum[0];
 }
 
-static kd_status build_layer(svo_reference *tree, const svo_reference_source *source, uint32_t layer) {
+static kd_status build_layer(svo_reference *tree, const svo_reference_source *source, uint32_t layer)
+{
     tree->masks[layer] = calloc(tree->layer_words, 4);
     tree->ranks[layer] = calloc(tree->layer_words, 4);
     if (!tree->masks[layer] || !tree->ranks[layer])
@@ -199,14 +217,16 @@ static kd_status build_layer(svo_reference *tree, const svo_reference_source *so
 
 /* ---- levels ---- */
 
-static bool has_children(const svo_reference *tree, uint32_t level, uint32_t code) {
+static bool has_children(const svo_reference *tree, uint32_t level, uint32_t code)
+{
     uint32_t first = code * 8, word = first >> 5, shift = first & 31;
     uint32_t bits = level + 1 == tree->levels ? tree->masks[0][word] | tree->masks[1][word]
                                               : tree->level_masks[level + 1][word];
     return (bits >> shift & 255u) != 0;
 }
 
-static kd_status build_level(svo_reference *tree, uint32_t level) {
+static kd_status build_level(svo_reference *tree, uint32_t level)
+{
     uint32_t words = tree->cascades << (3 * (level + KD_DENSE_LOG2) - 5), at = 0;
     uint32_t *mask = tree->level_masks[level] = calloc(words, 4);
     tree->level_ranks[level] = calloc(words, 4);
@@ -225,7 +245,8 @@ static kd_status build_level(svo_reference *tree, uint32_t level) {
     return KD_OK;
 }
 
-static kd_status build_nodes(svo_reference *tree, uint32_t level) {
+static kd_status build_nodes(svo_reference *tree, uint32_t level)
+{
     uint32_t next = 0;
     tree->nodes[level] = calloc((size_t)tree->node_count[level] + 1, sizeof *tree->nodes[level]);
     if (!tree->nodes[level])
@@ -239,7 +260,8 @@ static kd_status build_nodes(svo_reference *tree, uint32_t level) {
     return KD_OK;
 }
 
-static kd_status build_index(svo_reference *tree) {
+static kd_status build_index(svo_reference *tree)
+{
     size_t cells = (size_t)tree->cascades * KD_DENSE * KD_DENSE * KD_DENSE;
     tree->index = malloc(cells * 4);
     if (!tree->index)
@@ -253,7 +275,8 @@ static kd_status build_index(svo_reference *tree) {
     return KD_OK;
 }
 
-kd_status svo_reference_build(const svo_reference_source *source, svo_reference *out) {
+kd_status svo_reference_build(const svo_reference_source *source, svo_reference *out)
+{
     *out = (svo_reference){.cascades = source->cascades,
                            .leaf_level = source->leaf_level,
                            .levels = source->leaf_level - KD_DENSE_LOG2,
@@ -272,7 +295,8 @@ kd_status svo_reference_build(const svo_reference_source *source, svo_reference 
     return status;
 }
 
-void svo_reference_free(svo_reference *tree) {
+void svo_reference_free(svo_reference *tree)
+{
     for (uint32_t l = 0; l < KD_LAYER_COUNT; l++) {
         free(tree->masks[l]);
         free(tree->ranks[l]);

@@ -1,4 +1,5 @@
-/* Systems of the octree: svo_prepare (room and uniform block), svo_build (order-free build), svo_filter (bottom-up). */
+/* Systems of the octree: svo_prepare (room and uniform block), svo_build (order-free build), svo_filter
+ * (bottom-up). */
 #include "systems/svo/svo.h"
 
 #include <stdlib.h>
@@ -27,8 +28,8 @@ static void prepare(kd_system_context *context)
         svo_write_params(context->gpu, svo, scene);
 }
 
-/* What a cascade has whether or not anything is in it: dense cells in six directions and their index, the bits of
- * both layers' cells and of all levels, and the ranks of these. */
+/* What a cascade has whether or not anything is in it: dense cells in six directions and their index, the
+ * bits of both layers' cells and of all levels, and the ranks of these. */
 static uint64_t empty_cascade_bytes(const kd_svo *svo)
 {
     const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE;
@@ -59,7 +60,8 @@ static void spread_counts(const kd_svo *svo, const uint32_t *counts, kd_tree *tr
     }
 }
 
-/* Counts of earlier frames come back without a wait, for the statistics alone: room depends on nothing that depends on time. */
+/* Counts of earlier frames come back without a wait, for the statistics alone: room depends on nothing that
+ * depends on time. */
 static void follow_counts(kd_gpu *gpu, svo_state *state, kd_svo *svo, kd_tree *tree)
 {
     const uint32_t *counts;
@@ -132,8 +134,8 @@ static kd_status init(kd_system_context *context)
     s->readback = kd_gpu_make_readback(gpu, KD_COUNT_WORDS * 4, 4, "svo.counters");
     kd_status status = kd_gpu_rank_init(gpu, &s->rank);
     bool all = s->accumulate.id && s->pack.id && s->merge.id && s->reduce.id && s->args.id && s->list.id &&
-               s->list_dense.id && s->nodes.id && s->filter_sparse.id && s->filter_dense.id && s->filter_up.id &&
-               s->clear_dense.id && s->readback.id;
+               s->list_dense.id && s->nodes.id && s->filter_sparse.id && s->filter_dense.id &&
+               s->filter_up.id && s->clear_dense.id && s->readback.id;
     return all ? status : KD_GPU;
 }
 
@@ -142,8 +144,9 @@ static void fini(kd_system_context *context)
     svo_state *s = context->user;
     kd_gpu *gpu = context->gpu;
     kd_tree *tree = kd_singleton(context->world, kd_tree);
-    kd_gpu_program programs[] = {s->accumulate, s->pack, s->merge, s->reduce, s->args, s->list, s->list_dense, s->nodes,
-                                 s->filter_sparse, s->filter_dense, s->filter_up, s->clear_dense};
+    kd_gpu_program programs[] = {s->accumulate,    s->pack,         s->merge,      s->reduce,
+                                 s->args,          s->list,         s->list_dense, s->nodes,
+                                 s->filter_sparse, s->filter_dense, s->filter_up,  s->clear_dense};
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
         kd_gpu_destroy_program(gpu, programs[i]);
     kd_gpu_texture views[] = {tree->index, tree->nodes, tree->leaves, tree->data};
@@ -158,19 +161,20 @@ static void fini(kd_system_context *context)
 
 static kd_status add_prepare(kd_schedule *s, svo_state *state)
 {
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "svo_prepare",
-                                  .phase = KD_PHASE_VOXEL_IO,
-                                  .where = KD_ON_GPU,
-                                  .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_USES(kd_frame)},
-                                  .resources = {{"tree.uniform", KD_USE_COPY_WRITE}},
-                                  .run_if = gi_is_on,
-                                  .no_commands = true,
-                                  .run = prepare,
-                                  .init = init,
-                                  .fini = fini,
-                                  .user = state,
-                              });
+    return kd_schedule_add(s,
+                           &(kd_system_desc){
+                               .name = "svo_prepare",
+                               .phase = KD_PHASE_VOXEL_IO,
+                               .where = KD_ON_GPU,
+                               .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_USES(kd_frame)},
+                               .resources = {{"tree.uniform", KD_USE_COPY_WRITE}},
+                               .run_if = gi_is_on,
+                               .no_commands = true,
+                               .run = prepare,
+                               .init = init,
+                               .fini = fini,
+                               .user = state,
+                           });
 }
 
 static kd_status add_build(kd_schedule *s, svo_state *state)
@@ -180,7 +184,8 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                .name = "svo_build",
                .phase = KD_PHASE_SVO_BUILD,
                .where = KD_ON_GPU,
-               .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_CHANGES(kd_tree), KD_USES(kd_frame)},
+               .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_CHANGES(kd_tree),
+                              KD_USES(kd_frame)},
                .resources = {{"voxels.pages", KD_USE_STORAGE_READ},
                              {"voxels.objects", KD_USE_STORAGE_READ},
                              {"voxels.cache", KD_USE_STORAGE_READ},
@@ -189,8 +194,8 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                              {"svo.ranks", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ},
                              {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ},
                              {"svo.levels", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ},
-                             {"svo.counters", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_INDIRECT | KD_USE_COPY_READ |
-                                                  KD_USE_COPY_WRITE},
+                             {"svo.counters", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_INDIRECT |
+                                                  KD_USE_COPY_READ | KD_USE_COPY_WRITE},
                              {"tree.nodes", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
                .run_if = gi_is_on,
                .no_commands = true,
@@ -202,24 +207,24 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
 
 static kd_status add_filter(kd_schedule *s, svo_state *state)
 {
-    return kd_schedule_add(
-        s, &(kd_system_desc){
-               .name = "svo_filter",
-               .phase = KD_PHASE_SVO_FILTER,
-               .where = KD_ON_GPU,
-               .components = {KD_USES(kd_svo), KD_USES(kd_frame)},
-               .resources = {{"svo.levels", KD_USE_STORAGE_READ | KD_USE_COPY_READ},
-                             {"svo.counters", KD_USE_STORAGE_READ | KD_USE_INDIRECT},
-                             {"tree.nodes", KD_USE_STORAGE_READ},
-                             {"tree.leaves", KD_USE_STORAGE_READ},
-                             {"tree.data", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                             {"svo.occupancy", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
-                             {"tree.radiance", KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE}},
-               .run_if = gi_is_on,
-               .no_commands = true,
-               .run = filter,
-               .user = state,
-           });
+    return kd_schedule_add(s, &(kd_system_desc){
+                                  .name = "svo_filter",
+                                  .phase = KD_PHASE_SVO_FILTER,
+                                  .where = KD_ON_GPU,
+                                  .components = {KD_USES(kd_svo), KD_USES(kd_frame)},
+                                  .resources = {{"svo.levels", KD_USE_STORAGE_READ | KD_USE_COPY_READ},
+                                                {"svo.counters", KD_USE_STORAGE_READ | KD_USE_INDIRECT},
+                                                {"tree.nodes", KD_USE_STORAGE_READ},
+                                                {"tree.leaves", KD_USE_STORAGE_READ},
+                                                {"tree.data", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                                                {"svo.occupancy", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE |
+                                                                      KD_USE_COPY_WRITE},
+                                                {"tree.radiance", KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE}},
+                                  .run_if = gi_is_on,
+                                  .no_commands = true,
+                                  .run = filter,
+                                  .user = state,
+                              });
 }
 
 kd_status kd_svo_import(kd_schedule *s)

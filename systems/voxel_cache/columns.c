@@ -1,5 +1,5 @@
-/* Triangles are cut into columns along their dominant axis, so that every GPU invocation has about the same to do however
- * large a triangle is (compare Schwarz & Seidel 2010, section 4, who bin triangles by size). */
+/* Triangles are cut into columns along their dominant axis, so that every GPU invocation has about the same
+ * to do however large a triangle is (compare Schwarz & Seidel 2010, section 4, who bin triangles by size). */
 #include "systems/voxel_cache/columns.h"
 
 #include <math.h>
@@ -8,7 +8,8 @@
 static kd_vec3 cell_position(const kd_voxel_chunk *chunk, kd_vec3 p)
 {
     const float nudge = (float)KD_VOXELIZE_NUDGE;
-    return (kd_vec3){(p.x - chunk->origin.x) / chunk->span + nudge, (p.y - chunk->origin.y) / chunk->span + nudge,
+    return (kd_vec3){(p.x - chunk->origin.x) / chunk->span + nudge,
+                     (p.y - chunk->origin.y) / chunk->span + nudge,
                      (p.z - chunk->origin.z) / chunk->span + nudge};
 }
 
@@ -36,8 +37,8 @@ static uint32_t triangle_row(const kd_voxel_chunk *chunk, const kd_vec3 p[3], ui
         return 0; /* no area */
     uint32_t low[3], high[3];
     for (int k = 0; k < 3; k++)
-        cell_range(fminf(v[0][k], fminf(v[1][k], v[2][k])), fmaxf(v[0][k], fmaxf(v[1][k], v[2][k])), chunk->size[k],
-                   &low[k], &high[k]);
+        cell_range(fminf(v[0][k], fminf(v[1][k], v[2][k])), fmaxf(v[0][k], fmaxf(v[1][k], v[2][k])),
+                   chunk->size[k], &low[k], &high[k]);
     uint32_t u = (axis + 1) % 3, w = (axis + 2) % 3;
     if (low[axis] >= high[axis])
         return 0;

@@ -6,7 +6,8 @@
 
 /* Does the axis keep triangle and box apart? `half` is the box's half extent; the triangle is relative to its
  * centre. */
-static bool separates(const double axis[3], double t[3][3], const double half[3]) {
+static bool separates(const double axis[3], double t[3][3], const double half[3])
+{
     double low = INFINITY, high = -INFINITY, reach = 0;
     for (int v = 0; v < 3; v++) {
         double d = axis[0] * t[v][0] + axis[1] * t[v][1] + axis[2] * t[v][2];
@@ -18,12 +19,14 @@ static bool separates(const double axis[3], double t[3][3], const double half[3]
     return low > reach || high < -reach;
 }
 
-static void cross(const double a[3], const double b[3], double out[3]) {
+static void cross(const double a[3], const double b[3], double out[3])
+{
     for (int k = 0; k < 3; k++)
         out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
-bool voxel_reference_touches(const double triangle[3][3], const double low[3], const double high[3]) {
+bool voxel_reference_touches(const double triangle[3][3], const double low[3], const double high[3])
+{
     double t[3][3], half[3], edge[3][3], normal[3], axis[3];
     for (int k = 0; k < 3; k++) {
         half[k] = 0.5 * (high[k] - low[k]);

@@ -1,5 +1,5 @@
-/* System voxel_cache: voxelizes what system voxel_objects asked for (entries of kd_voxel_scene.caches that are not made
- * yet), in model space, once per primitive and span. A steady frame finds nothing to do. */
+/* System voxel_cache: voxelizes what system voxel_objects asked for (entries of kd_voxel_scene.caches that
+ * are not made yet), in model space, once per primitive and span. A steady frame finds nothing to do. */
 #include "systems/voxel_cache/voxel_cache.h"
 
 #include <math.h>
@@ -44,8 +44,10 @@ static void cut_to_tile(const kd_voxel_cache *cache, int64_t low[3], int64_t hig
     }
 }
 
-/* Lattice cells [low, high) of the primitive's bounds, counted from the phase; one cell of margin for the nudge. */
-static void lattice_range(const kd_voxel_cache *cache, const kd_primitive_desc *desc, int64_t low[3], int64_t high[3])
+/* Lattice cells [low, high) of the primitive's bounds, counted from the phase; one cell of margin for the
+ * nudge. */
+static void lattice_range(const kd_voxel_cache *cache, const kd_primitive_desc *desc, int64_t low[3],
+                          int64_t high[3])
 {
     const float *a = &desc->bounds_min.x, *b = &desc->bounds_max.x, *phase = &cache->phase.x;
     for (int k = 0; k < 3; k++) {
@@ -58,8 +60,9 @@ static void lattice_range(const kd_voxel_cache *cache, const kd_primitive_desc *
         cut_to_tile(cache, low, high);
 }
 
-static kd_status make_chunk(kd_gpu *gpu, cache_state *state, const kd_scene_store *store, kd_voxel_scene *scene,
-                            kd_voxel_cache *cache, const int64_t at[3], const int64_t high[3])
+static kd_status make_chunk(kd_gpu *gpu, cache_state *state, const kd_scene_store *store,
+                            kd_voxel_scene *scene, kd_voxel_cache *cache, const int64_t at[3],
+                            const int64_t high[3])
 {
     kd_voxel_chunk *chunk = push_chunk(scene);
     if (!chunk)
@@ -83,8 +86,8 @@ static kd_status make_chunk(kd_gpu *gpu, cache_state *state, const kd_scene_stor
 }
 
 /* Objects longer than a chunk are cut into several; none is dropped. */
-static kd_status make_cache(kd_gpu *gpu, cache_state *state, const kd_scene_store *store, kd_voxel_scene *scene,
-                            kd_voxel_cache *cache)
+static kd_status make_cache(kd_gpu *gpu, cache_state *state, const kd_scene_store *store,
+                            kd_voxel_scene *scene, kd_voxel_cache *cache)
 {
     int64_t low[3], high[3], at[3];
     lattice_range(cache, cache->desc, low, high);
@@ -105,7 +108,8 @@ static void upload_chunks(kd_gpu *gpu, kd_voxel_scene *scene, uint32_t first)
     size_t size = sizeof(struct kd_voxel_chunk_params);
     size_t have = scene->chunk_params.id ? kd_gpu_buffer_size(gpu, scene->chunk_params) : 0;
     if (have < scene->chunk_count * size &&
-        kd_gpu_ensure_buffer(gpu, &scene->chunk_params, (size_t)scene->chunk_count * 2 * size, first * size, "voxels.chunks"))
+        kd_gpu_ensure_buffer(gpu, &scene->chunk_params, (size_t)scene->chunk_count * 2 * size, first * size,
+                             "voxels.chunks"))
         return;
     for (uint32_t i = first; i < scene->chunk_count; i++) {
         const kd_voxel_chunk *c = &scene->chunks[i];
@@ -125,7 +129,8 @@ static void run(kd_system_context *context)
         kd_voxel_cache *cache = &scene->caches[state->made];
         kd_status status = make_cache(context->gpu, state, store, scene, cache);
         if (status)
-            kd_log(KD_LOG_WARNING, "a primitive could not be voxelized: %s; it will not take part in indirect light",
+            kd_log(KD_LOG_WARNING,
+                   "a primitive could not be voxelized: %s; it will not take part in indirect light",
                    kd_status_text(status));
     }
     if (scene->chunk_count > first_chunk)
@@ -148,7 +153,8 @@ static void fini(kd_system_context *context)
 {
     cache_state *state = context->user;
     kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
-    kd_gpu_buffer *buffers[] = {&scene->cache_shape, &scene->cache_color, &scene->cache_binding, &scene->chunk_params};
+    kd_gpu_buffer *buffers[] = {&scene->cache_shape, &scene->cache_color, &scene->cache_binding,
+                                &scene->chunk_params};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
         kd_gpu_destroy_buffer(context->gpu, *buffers[i]);
         *buffers[i] = (kd_gpu_buffer){0};

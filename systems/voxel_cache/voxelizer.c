@@ -1,5 +1,6 @@
-/* Voxelization in compute: mark the cells that triangles touch, rank them, add up the attributes of all fragments of a
- * voxel in fixed point, pack. Every step gives the same bytes whatever the order of threads. */
+/* Voxelization in compute: mark the cells that triangles touch, rank them, add up the attributes of all
+ * fragments of a voxel in fixed point, pack. Every step gives the same bytes whatever the order of threads.
+ */
 #include "systems/voxel_cache/voxelizer.h"
 
 #include <stdlib.h>
@@ -19,10 +20,12 @@ enum { SUM_WORDS = 8 };
 kd_status voxelizer_init(kd_gpu *gpu, voxelizer *v)
 {
     v->mark = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/mark.comp"});
-    v->accumulate = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/accumulate.comp"});
+    v->accumulate =
+        kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/accumulate.comp"});
     v->pack = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/pack.comp"});
     v->bind = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/bind.comp"});
-    v->counter = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "voxelizer.counter"});
+    v->counter = kd_gpu_make_buffer(
+        gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "voxelizer.counter"});
     kd_status status = kd_gpu_rank_init(gpu, &v->rank);
     return v->mark.id && v->accumulate.id && v->pack.id && v->bind.id && v->counter.id ? status : KD_GPU;
 }
@@ -39,8 +42,8 @@ void voxelizer_fini(kd_gpu *gpu, voxelizer *v)
     memset(v, 0, sizeof *v);
 }
 
-static struct pass_params params_of(const kd_scene_store *store, const kd_voxel_cache *cache, const kd_voxel_scene *scene,
-                                    const kd_voxel_chunk *chunk)
+static struct pass_params params_of(const kd_scene_store *store, const kd_voxel_cache *cache,
+                                    const kd_voxel_scene *scene, const kd_voxel_chunk *chunk)
 {
     const kd_store_primitive *p = &store->primitives[cache->primitive];
     const kd_store_material *m = &store->materials[cache->material];
@@ -74,13 +77,15 @@ static kd_status grow(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t used, size_t mo
 
 static kd_status grow_cache(kd_gpu *gpu, kd_voxel_scene *scene, uint32_t voxels, uint32_t bindings)
 {
-    kd_status status = grow(gpu, &scene->cache_shape, (size_t)scene->cached_voxels * 8, (size_t)voxels * 8, "voxels.shape");
+    kd_status status =
+        grow(gpu, &scene->cache_shape, (size_t)scene->cached_voxels * 8, (size_t)voxels * 8, "voxels.shape");
     if (!status)
-        status = grow(gpu, &scene->cache_color, (size_t)scene->cached_voxels * 4, (size_t)voxels * 4, "voxels.color");
+        status = grow(gpu, &scene->cache_color, (size_t)scene->cached_voxels * 4, (size_t)voxels * 4,
+                      "voxels.color");
     size_t word = KD_BINDING_WORDS * 4;
     if (!status)
-        status = grow(gpu, &scene->cache_binding, scene->cached_bindings * word, (bindings ? bindings : 1) * word,
-                      "voxels.binding");
+        status = grow(gpu, &scene->cache_binding, scene->cached_bindings * word,
+                      (bindings ? bindings : 1) * word, "voxels.binding");
     return status;
 }
 
@@ -119,7 +124,8 @@ static void accumulate(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, c
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-static void pack(kd_gpu *gpu, voxelizer *v, const kd_voxel_scene *scene, struct pass_params pass, uint32_t words)
+static void pack(kd_gpu *gpu, voxelizer *v, const kd_voxel_scene *scene, struct pass_params pass,
+                 uint32_t words)
 {
     pass.chunk_size.w = words;
     kd_gpu_bind_uniform(gpu, 0, &pass, sizeof pass);
@@ -157,7 +163,8 @@ static kd_status make_room(kd_gpu *gpu, voxelizer *v, kd_voxel_scene *scene, uin
 }
 
 static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, uint32_t kind,
-                            kd_voxel_scene *scene, kd_voxel_chunk *chunk, const struct pass_params *pass, uint32_t words)
+                            kd_voxel_scene *scene, kd_voxel_chunk *chunk, const struct pass_params *pass,
+                            uint32_t words)
 {
     uint32_t count = 0;
     kd_status status = mark_cells(gpu, v, store, pass, words, &count);

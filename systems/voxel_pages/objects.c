@@ -103,8 +103,9 @@ static kd_status add(voxel_objects *t, kd_voxel_scene *scene, const voxel_sight 
     return KD_OK;
 }
 
-/* A cache serves while its voxels, brought to the world, are neither much larger nor much smaller than the cascade's.
- * What changes its scale gets steps of a quarter octave, so that a scaling object does not ask for a cache a frame. */
+/* A cache serves while its voxels, brought to the world, are neither much larger nor much smaller than the
+ * cascade's. What changes its scale gets steps of a quarter octave, so that a scaling object does not ask for
+ * a cache a frame. */
 static void follow_scale(kd_voxel_object *o, float scale)
 {
     if (scale <= o->cached_scale * 1.1f && scale >= o->cached_scale * 0.6f)
@@ -147,8 +148,9 @@ kd_status objects_see(voxel_objects *t, kd_voxel_scene *scene, const voxel_sight
     return KD_OK;
 }
 
-/* The point of the world's lattice in model space: voxels of an object that only moves, scales uniformly or turns by right
- * angles then fall on whole cells. A singular matrix has no inverse; its object is flat and may lie anywhere. */
+/* The point of the world's lattice in model space: voxels of an object that only moves, scales uniformly or
+ * turns by right angles then fall on whole cells. A singular matrix has no inverse; its object is flat and
+ * may lie anywhere. */
 static kd_vec3 lattice_phase(const kd_voxel_object *o, float span)
 {
     if (o->kind != KD_VOXEL_RIGID || o->dynamic)
@@ -157,7 +159,8 @@ static kd_vec3 lattice_phase(const kd_voxel_object *o, float span)
     kd_vec3 p = kd_mat4_point(&inverse, (kd_vec3){0, 0, 0});
     if (!isfinite(p.x) || !isfinite(p.y) || !isfinite(p.z))
         return (kd_vec3){0, 0, 0};
-    return (kd_vec3){p.x - floorf(p.x / span) * span, p.y - floorf(p.y / span) * span, p.z - floorf(p.z / span) * span};
+    return (kd_vec3){p.x - floorf(p.x / span) * span, p.y - floorf(p.y / span) * span,
+                     p.z - floorf(p.z / span) * span};
 }
 
 static bool near(float a, float b, float span)
@@ -173,13 +176,15 @@ static uint32_t find_cache(const kd_voxel_scene *scene, const kd_voxel_object *o
         const kd_voxel_cache *c = &scene->caches[i];
         if (c->primitive == o->primitive && c->material == o->material && c->kind == o->kind &&
             fabsf(c->span - span) < span * 1e-3f && same_tile(c->tile, o->tile) &&
-            (!aligned || (near(c->phase.x, phase.x, span) && near(c->phase.y, phase.y, span) && near(c->phase.z, phase.z, span))))
+            (!aligned || (near(c->phase.x, phase.x, span) && near(c->phase.y, phase.y, span) &&
+                          near(c->phase.z, phase.z, span))))
             return i + 1;
     }
     return 0;
 }
 
-/* Deforming meshes are not cut into tiles: where one is larger than this many cells, its voxels are coarser. */
+/* Deforming meshes are not cut into tiles: where one is larger than this many cells, its voxels are coarser.
+ */
 #define DEFORMING_CELLS 2048
 
 static float span_of(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c)
@@ -191,8 +196,8 @@ static float span_of(const kd_voxel_scene *scene, const kd_voxel_object *o, uint
     return fmaxf(span, fmaxf(size.x, fmaxf(size.y, size.z)) / DEFORMING_CELLS);
 }
 
-kd_status objects_want_cache(voxel_objects *t, kd_voxel_scene *scene, kd_voxel_object *o, const kd_primitive_desc *desc,
-                             uint32_t c)
+kd_status objects_want_cache(voxel_objects *t, kd_voxel_scene *scene, kd_voxel_object *o,
+                             const kd_primitive_desc *desc, uint32_t c)
 {
     float span = span_of(scene, o, c);
     kd_vec3 phase = lattice_phase(o, span);
@@ -207,9 +212,13 @@ kd_status objects_want_cache(voxel_objects *t, kd_voxel_scene *scene, kd_voxel_o
         scene->caches = grown;
         t->cache_capacity = capacity;
     }
-    scene->caches[scene->cache_count++] =
-        (kd_voxel_cache){.primitive = o->primitive, .material = o->material, .desc = desc, .kind = o->kind, .span = span,
-                         .phase = phase, .tile = o->tile};
+    scene->caches[scene->cache_count++] = (kd_voxel_cache){.primitive = o->primitive,
+                                                           .material = o->material,
+                                                           .desc = desc,
+                                                           .kind = o->kind,
+                                                           .span = span,
+                                                           .phase = phase,
+                                                           .tile = o->tile};
     o->caches[c] = scene->cache_count;
     return KD_OK;
 }

@@ -1,5 +1,6 @@
-/* System voxel_pages: brings segments of objects into and out of the pages of their layer as cascades move, objects come,
- * go or move for the first time. The CPU decides who is in and makes pages enough; the GPU hands out the slots. */
+/* System voxel_pages: brings segments of objects into and out of the pages of their layer as cascades move,
+ * objects come, go or move for the first time. The CPU decides who is in and makes pages enough; the GPU
+ * hands out the slots. */
 #include "systems/voxel_pages/voxel_pages.h"
 
 #include <math.h>
@@ -28,15 +29,15 @@ typedef struct list {
 typedef struct layer_pages {
     kd_gpu_buffer slots; /* slot of every segment id */
     uint32_t id_count;
-    list in, out;        /* segment_request, uint32_t ids */
-    list free_ids;       /* ids to use again */
+    list in, out;  /* segment_request, uint32_t ids */
+    list free_ids; /* ids to use again */
 } layer_pages;
 
 typedef struct pages_state {
     kd_gpu_program allocate, free;
     kd_gpu_buffer requests;
     layer_pages layers[KD_LAYER_COUNT];
-    list ids;  /* ids of an object's segments: kd_voxel_object.first_segment points here */
+    list ids; /* ids of an object's segments: kd_voxel_object.first_segment points here */
     struct kd_voxel_object_params *params;
     uint32_t params_capacity;
     kd_query *lights;
@@ -70,7 +71,8 @@ static bool take_id(layer_pages *layer, uint32_t *id)
     return true;
 }
 
-static void include_chunk(pages_state *state, kd_voxel_scene *scene, uint32_t object, uint32_t c, uint32_t chunk)
+static void include_chunk(pages_state *state, kd_voxel_scene *scene, uint32_t object, uint32_t c,
+                          uint32_t chunk)
 {
     const kd_voxel_chunk *ch = &scene->chunks[chunk];
     kd_voxel_object *o = &scene->objects[object];
@@ -110,7 +112,8 @@ static void exclude(pages_state *state, kd_voxel_scene *scene, kd_voxel_object *
     kd_voxel_pages *pages = &scene->pages[layer_of(scene, o)];
     const uint32_t *ids = (const uint32_t *)state->ids.items + o->first_segment[c];
     for (uint32_t i = 0; i < o->segment_count[c]; i++) {
-        uint32_t *out = list_push(&layer->out, sizeof *out), *back = list_push(&layer->free_ids, sizeof *back);
+        uint32_t *out = list_push(&layer->out, sizeof *out),
+                 *back = list_push(&layer->free_ids, sizeof *back);
         if (out)
             *out = ids[i];
         if (back)
@@ -157,7 +160,8 @@ static void compact_ids(pages_state *state, kd_voxel_scene *scene)
     for (uint32_t i = 0; i < scene->object_count; i++) {
         kd_voxel_object *o = &scene->objects[i];
         for (uint32_t c = 0; o->alive && c < scene->cascade_count; c++) {
-            memcpy(fresh + at, (uint32_t *)state->ids.items + o->first_segment[c], o->segment_count[c] * sizeof *fresh);
+            memcpy(fresh + at, (uint32_t *)state->ids.items + o->first_segment[c],
+                   o->segment_count[c] * sizeof *fresh);
             o->first_segment[c] = at;
             at += o->segment_count[c];
         }
@@ -175,11 +179,13 @@ static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages)
         return KD_OK;
     uint32_t before = pages->page_count, count = need > before + before / 2 ? need : before + before / 2;
     size_t stack = (KD_PAGE_SEGMENTS + 1) * 4, segments = KD_PAGE_SEGMENTS * sizeof(struct kd_voxel_segment);
-    kd_status status = kd_gpu_ensure_buffer(gpu, &pages->segments, count * segments, before * segments, "voxels.segments");
+    kd_status status =
+        kd_gpu_ensure_buffer(gpu, &pages->segments, count * segments, before * segments, "voxels.segments");
     if (!status)
         status = kd_gpu_ensure_buffer(gpu, &pages->stacks, count * stack, before * stack, "voxels.stacks");
     if (!status)
-        status = kd_gpu_ensure_buffer(gpu, &pages->voxels, (size_t)count * KD_PAGE_VOXELS * 12, 0, "voxels.pages");
+        status =
+            kd_gpu_ensure_buffer(gpu, &pages->voxels, (size_t)count * KD_PAGE_VOXELS * 12, 0, "voxels.pages");
     if (status)
         return status;
     kd_gpu_fill_buffer(gpu, pages->segments, before * segments, (count - before) * segments, 0);
@@ -195,7 +201,8 @@ static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages)
 static void dispatch_list(kd_gpu *gpu, pages_state *state, kd_gpu_program program, const layer_pages *layer,
                           const kd_voxel_pages *pages, const list *items, size_t size)
 {
-    if (!items->count || kd_gpu_ensure_buffer(gpu, &state->requests, items->count * size, 0, "voxels.requests"))
+    if (!items->count ||
+        kd_gpu_ensure_buffer(gpu, &state->requests, items->count * size, 0, "voxels.requests"))
         return;
     kd_gpu_write_buffer(gpu, state->requests, 0, items->items, items->count * size);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -218,9 +225,11 @@ static void update_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene,
         size_t have = layer->slots.id ? kd_gpu_buffer_size(gpu, layer->slots) : 0;
         kd_status status = make_pages(gpu, pages);
         if (!status && have < (size_t)layer->id_count * 4)
-            status = kd_gpu_ensure_buffer(gpu, &layer->slots, (size_t)layer->id_count * 8, have, "voxels.slots");
+            status =
+                kd_gpu_ensure_buffer(gpu, &layer->slots, (size_t)layer->id_count * 8, have, "voxels.slots");
         if (status)
-            kd_log(KD_LOG_WARNING, "voxel pages: %s; indirect light lacks some objects", kd_status_text(status));
+            kd_log(KD_LOG_WARNING, "voxel pages: %s; indirect light lacks some objects",
+                   kd_status_text(status));
         else
             dispatch_list(gpu, state, state->allocate, layer, pages, &layer->in, sizeof(segment_request));
     }
@@ -242,8 +251,8 @@ static float brightest(const kd_scene_store *store, const kd_voxel_scene *scene)
     return best;
 }
 
-/* Radiance that the tree stores as 1, a power of two: 1 in ordinary light, more under a sun in lux, so that half floats hold
- * what is lit. Point lights count at a quarter of a metre; what is nearer may saturate. */
+/* Radiance that the tree stores as 1, a power of two: 1 in ordinary light, more under a sun in lux, so that
+ * half floats hold what is lit. Point lights count at a quarter of a metre; what is nearer may saturate. */
 static float stored_unit(kd_query *lights, float emission)
 {
     const float near_m = 0.25f, comfortable = 1024;
@@ -272,14 +281,17 @@ static void fill_params(const kd_scene_store *store, const kd_voxel_scene *scene
     p->normal_ws[0] = (kd_gl_vec4){sign * cx.x, sign * cy.x, sign * cz.x, 0};
     p->normal_ws[1] = (kd_gl_vec4){sign * cx.y, sign * cy.y, sign * cz.y, 0};
     p->normal_ws[2] = (kd_gl_vec4){sign * cx.z, sign * cy.z, sign * cz.z, 0};
-    const kd_store_primitive *d = o->deformed ? &store->deformed_primitives[o->deformed - 1] : &store->primitives[o->primitive];
-    p->info = (kd_gl_uvec4){o->kind, o->first_matrix, store->primitives[o->primitive].first_index, d->base_vertex};
+    const kd_store_primitive *d =
+        o->deformed ? &store->deformed_primitives[o->deformed - 1] : &store->primitives[o->primitive];
+    p->info =
+        (kd_gl_uvec4){o->kind, o->first_matrix, store->primitives[o->primitive].first_index, d->base_vertex};
     kd_vec3 e = emission_of(store, o);
     float scale = scene->brightest_emission > 0 ? 1 / scene->brightest_emission : 0;
     p->emission = (kd_gl_vec4){e.x * scale, e.y * scale, e.z * scale, 0};
 }
 
-/* All parameters go up every frame: 128 bytes an object. A changed emission of a static object rebuilds its layer. */
+/* All parameters go up every frame: 128 bytes an object. A changed emission of a static object rebuilds its
+ * layer. */
 static void upload_params(kd_gpu *gpu, pages_state *state, const kd_scene_store *store, kd_voxel_scene *scene)
 {
     uint32_t n = scene->object_count;
@@ -300,7 +312,8 @@ static void upload_params(kd_gpu *gpu, pages_state *state, const kd_scene_store 
             scene->static_changed = true;
     }
     size_t size = sizeof *state->params;
-    if (n && !kd_gpu_ensure_buffer(gpu, &scene->object_params, (size_t)state->params_capacity * size, 0, "voxels.objects"))
+    if (n && !kd_gpu_ensure_buffer(gpu, &scene->object_params, (size_t)state->params_capacity * size, 0,
+                                   "voxels.objects"))
         kd_gpu_write_buffer(gpu, scene->object_params, 0, state->params, n * size);
 }
 
@@ -321,7 +334,8 @@ static void run(kd_system_context *context)
     float before = scene->brightest_emission;
     scene->brightest_emission = brightest(store, scene);
     scene->stored_unit = stored_unit(state->lights, scene->brightest_emission);
-    scene->static_changed = scene->moved || scene->pages[KD_LAYER_STATIC].changed || before != scene->brightest_emission;
+    scene->static_changed =
+        scene->moved || scene->pages[KD_LAYER_STATIC].changed || before != scene->brightest_emission;
     upload_params(context->gpu, state, store, scene);
     for (uint32_t l = 0; l < KD_LAYER_COUNT; l++)
         update_layer(context->gpu, state, scene, l);
@@ -336,11 +350,14 @@ static bool gi_is_on(kd_system_context *context)
 static kd_status init(kd_system_context *context)
 {
     pages_state *state = context->user;
-    state->lights = kd_query_make(context->world, &(kd_query_desc){.terms = {KD_READ(kd_light)}, .name = "voxel_pages.lights"});
+    state->lights = kd_query_make(
+        context->world, &(kd_query_desc){.terms = {KD_READ(kd_light)}, .name = "voxel_pages.lights"});
     if (!state->lights)
         return KD_NO_MEMORY;
-    state->allocate = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/allocate.comp"});
-    state->free = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/free.comp"});
+    state->allocate = kd_gpu_make_program(
+        context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/allocate.comp"});
+    state->free =
+        kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/free.comp"});
     return state->allocate.id && state->free.id ? KD_OK : KD_GPU;
 }
 
@@ -374,18 +391,20 @@ kd_status kd_voxel_pages_import(kd_schedule *s)
     pages_state *state = calloc(1, sizeof *state);
     if (!state)
         return KD_NO_MEMORY;
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "voxel_pages",
-                                  .phase = KD_PHASE_VOXEL_IO,
-                                  .where = KD_ON_GPU,
-                                  .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame), KD_USES(kd_light)},
-                                  .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
-                                                {"voxels.objects", KD_USE_COPY_WRITE}},
-                                  .run_if = gi_is_on,
-                                  .no_commands = true,
-                                  .run = run,
-                                  .init = init,
-                                  .fini = fini,
-                                  .user = state,
-                              });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "voxel_pages",
+               .phase = KD_PHASE_VOXEL_IO,
+               .where = KD_ON_GPU,
+               .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame),
+                              KD_USES(kd_light)},
+               .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
+                             {"voxels.objects", KD_USE_COPY_WRITE}},
+               .run_if = gi_is_on,
+               .no_commands = true,
+               .run = run,
+               .init = init,
+               .fini = fini,
+               .user = state,
+           });
 }

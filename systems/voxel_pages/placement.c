@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-/* Where the finest cascade's centre goes on one axis: towards the focus, but without looking past the scene's ends. */
+/* Where the finest cascade's centre goes on one axis: towards the focus, but without looking past the scene's
+ * ends. */
 static float centre_on_axis(float focus, float low, float high, float half)
 {
     if (!(high > low) || high - low <= 2 * half)
@@ -35,7 +36,8 @@ void placement_update(kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 bounds_min, 
 static bool inside(kd_vec3 low, kd_vec3 high, kd_vec3 box_low, float edge, float margin)
 {
     return low.x >= box_low.x + margin && low.y >= box_low.y + margin && low.z >= box_low.z + margin &&
-           high.x <= box_low.x + edge - margin && high.y <= box_low.y + edge - margin && high.z <= box_low.z + edge - margin;
+           high.x <= box_low.x + edge - margin && high.y <= box_low.y + edge - margin &&
+           high.z <= box_low.z + edge - margin;
 }
 
 static bool outside(kd_vec3 low, kd_vec3 high, kd_vec3 box_low, float edge)
@@ -48,7 +50,8 @@ bool placement_includes(const kd_voxel_scene *scene, uint32_t c, kd_vec3 low, kd
 {
     float resolution = (float)scene->resolution, margin = 2 * scene->span[c];
     kd_vec3 grown = {margin, margin, margin};
-    if (outside(kd_vec3_sub(low, grown), kd_vec3_add(high, grown), scene->origin_ws[c], resolution * scene->span[c]))
+    if (outside(kd_vec3_sub(low, grown), kd_vec3_add(high, grown), scene->origin_ws[c],
+                resolution * scene->span[c]))
         return false;
     return c == 0 || !inside(low, high, scene->origin_ws[c - 1], resolution * scene->span[c - 1], margin);
 }

@@ -1,6 +1,6 @@
-/* A ground plane of a kilometre has 2.5 thousand million voxels of 2 cm, and a cascade of 128 cells needs sixteen thousand of
- * them. So what is many times as large as a cascade is voxelized tile by tile, half a cascade wide each, when a cascade comes
- * near; every tile is a voxel object of its own. */
+/* A ground plane of a kilometre has 2.5 thousand million voxels of 2 cm, and a cascade of 128 cells needs
+ * sixteen thousand of them. So what is many times as large as a cascade is voxelized tile by tile, half a
+ * cascade wide each, when a cascade comes near; every tile is a voxel object of its own. */
 #include "systems/voxel_pages/tiles.h"
 
 #include <math.h>
@@ -10,10 +10,14 @@
 /* A primitive is cut in a cascade when it is longer than this many edges of it. */
 #define WHOLE_EDGES 4
 
-/* More tiles of one primitive in one cascade mean a degenerate matrix; the nearest to the low corner are taken. */
+/* More tiles of one primitive in one cascade mean a degenerate matrix; the nearest to the low corner are
+ * taken. */
 #define MOST_TILES 512
 
-static float longest(kd_vec3 v) { return fmaxf(v.x, fmaxf(v.y, v.z)); }
+static float longest(kd_vec3 v)
+{
+    return fmaxf(v.x, fmaxf(v.y, v.z));
+}
 
 uint32_t tiles_whole(const kd_voxel_scene *scene, const voxel_sight *s)
 {
@@ -32,7 +36,8 @@ static void transform_box(const kd_mat4 *m, kd_vec3 low, kd_vec3 high, kd_vec3 *
 {
     kd_vec3 a = {INFINITY, INFINITY, INFINITY}, b = {-INFINITY, -INFINITY, -INFINITY};
     for (int i = 0; i < 8; i++) {
-        kd_vec3 p = kd_mat4_point(m, (kd_vec3){i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
+        kd_vec3 p = kd_mat4_point(
+            m, (kd_vec3){i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
         a = (kd_vec3){fminf(a.x, p.x), fminf(a.y, p.y), fminf(a.z, p.z)};
         b = (kd_vec3){fmaxf(b.x, p.x), fmaxf(b.y, p.y), fmaxf(b.z, p.z)};
     }
@@ -45,7 +50,8 @@ typedef struct tile_range {
     int32_t first[3], last[3];
 } tile_range;
 
-static bool range_of(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c, float edge, tile_range *out)
+static bool range_of(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c, float edge,
+                     tile_range *out)
 {
     float grid = (float)scene->resolution * scene->span[c], margin = 2 * scene->span[c];
     kd_vec3 low = kd_vec3_sub(scene->origin_ws[c], (kd_vec3){margin, margin, margin});
@@ -71,11 +77,20 @@ static kd_status see_tile(voxel_objects *table, kd_voxel_scene *scene, const kd_
     const kd_vec3 *a = &o->desc->bounds_min, *b = &o->desc->bounds_max;
     low = (kd_vec3){fmaxf(low.x, a->x), fmaxf(low.y, a->y), fmaxf(low.z, a->z)};
     high = (kd_vec3){fminf(high.x, b->x), fminf(high.y, b->y), fminf(high.z, b->z)};
-    voxel_sight s = {.entity = o->entity, .draw_primitive = o->draw_primitive, .primitive = o->primitive, .kind = o->kind,
-                     .material = o->material, .desc = o->desc, .model_ws = o->model_ws, .scale = o->cached_scale,
-                     .tile = tile, .cascades = 1u << c, .dynamic = o->dynamic || o->becomes_dynamic};
+    voxel_sight s = {.entity = o->entity,
+                     .draw_primitive = o->draw_primitive,
+                     .primitive = o->primitive,
+                     .kind = o->kind,
+                     .material = o->material,
+                     .desc = o->desc,
+                     .model_ws = o->model_ws,
+                     .scale = o->cached_scale,
+                     .tile = tile,
+                     .cascades = 1u << c,
+                     .dynamic = o->dynamic || o->becomes_dynamic};
     transform_box(&o->model_ws, low, high, &s.bounds_min_ws, &s.bounds_max_ws);
-    return placement_includes(scene, c, s.bounds_min_ws, s.bounds_max_ws) ? objects_see(table, scene, &s) : KD_OK;
+    return placement_includes(scene, c, s.bounds_min_ws, s.bounds_max_ws) ? objects_see(table, scene, &s)
+                                                                          : KD_OK;
 }
 
 static kd_status see_tiles(voxel_objects *table, kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c)

@@ -1,5 +1,6 @@
-/* System voxel_objects: once a frame, on the CPU, places the cascades, enters what the draw list shows into the table of
- * voxel objects, decides layer and cascades of each, and asks for the caches that are missing. */
+/* System voxel_objects: once a frame, on the CPU, places the cascades, enters what the draw list shows into
+ * the table of voxel objects, decides layer and cascades of each, and asks for the caches that are missing.
+ */
 #include "systems/voxel_pages/voxel_pages.h"
 
 #include <math.h>
@@ -13,12 +14,13 @@
 #include "systems/voxel_pages/placement.h"
 #include "systems/voxel_pages/tiles.h"
 
-/* Part of the finest cascade's half extent by which its centre goes ahead of the camera: what lies behind the viewer
- * needs fewer fine voxels than what is in front. */
+/* Part of the finest cascade's half extent by which its centre goes ahead of the camera: what lies behind the
+ * viewer needs fewer fine voxels than what is in front. */
 #define AHEAD 0.5f
 
-/* Skin stretches where limbs bend, and the distances of its voxels with it: those of deforming meshes are cut this much
- * finer, so that they still meet. Crouching to jump opens a walker's hips without this, and no longer from 1.25 on. */
+/* Skin stretches where limbs bend, and the distances of its voxels with it: those of deforming meshes are cut
+ * this much finer, so that they still meet. Crouching to jump opens a walker's hips without this, and no
+ * longer from 1.25 on. */
 #define STRETCH 1.25f
 
 static uint32_t log2_of(uint32_t v)
@@ -50,20 +52,23 @@ static float largest_scale(const kd_mat4 *m)
     return best;
 }
 
-/* Skinned vertices go from model space to the world through joints: the largest of their mean stretches counts. */
+/* Skinned vertices go from model space to the world through joints: the largest of their mean stretches
+ * counts. */
 static float skin_scale(const kd_joint_palette *palette, const kd_skin_instance *skin, uint32_t joints)
 {
     float best = 0;
     for (uint32_t j = 0; j < joints && skin->first_matrix + j < palette->count; j++) {
         const kd_vec4 *r = palette->rows[skin->first_matrix + j];
-        float det = r[0].x * (r[1].y * r[2].z - r[1].z * r[2].y) - r[0].y * (r[1].x * r[2].z - r[1].z * r[2].x) +
+        float det = r[0].x * (r[1].y * r[2].z - r[1].z * r[2].y) -
+                    r[0].y * (r[1].x * r[2].z - r[1].z * r[2].x) +
                     r[0].z * (r[1].x * r[2].y - r[1].y * r[2].x);
         best = fmaxf(best, cbrtf(fabsf(det)));
     }
     return best;
 }
 
-static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_draw *draw, const kd_mesh_instance *mi)
+static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_draw *draw,
+                            const kd_mesh_instance *mi)
 {
     const kd_store_mesh *mesh = &store->meshes[mi->mesh];
     const kd_store_deformed *deformed = draw->deformed ? &store->deformed[mi->deformed - 1] : NULL;
@@ -73,7 +78,7 @@ static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_d
                      .draw_primitive = draw->primitive,
                      .primitive = mesh->first_primitive + local,
                      .deformed = deformed ? draw->primitive + 1 : 0,
-                     .kind = !deformed                                          ? KD_VOXEL_RIGID
+                     .kind = !deformed                                         ? KD_VOXEL_RIGID
                              : skin && mesh->skinned && mesh->morph_count == 0 ? KD_VOXEL_SKINNED
                                                                                : KD_VOXEL_ATTACHED,
                      .desc = &mesh->desc->primitives[local],
@@ -82,10 +87,11 @@ static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_d
                      .bounds_max_ws = draw->bounds_max_ws};
     s.material = mi->material ? mi->material - 1 : store->primitives[s.primitive].material;
     if (s.material >= store->material_count)
-        s.material = 0; /* as the draw list has it */
+        s.material = 0;                      /* as the draw list has it */
     if (deformed && skin && mesh->skinned) { /* deformed into the world already, morphing or not */
         s.first_matrix = skin->first_matrix;
-        s.scale = STRETCH * skin_scale(kd_singleton(w, kd_joint_palette), skin, store->skins[skin->skin].joint_count);
+        s.scale = STRETCH *
+                  skin_scale(kd_singleton(w, kd_joint_palette), skin, store->skins[skin->skin].joint_count);
         return s;
     }
     const kd_world_transform *world = kd_find(w, draw->entity, kd_world_transform);
@@ -97,7 +103,8 @@ static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_d
 
 static bool usable(const voxel_sight *s)
 {
-    return s->desc->index_count && isfinite(s->scale) && s->scale > 1e-6f && isfinite(s->bounds_min_ws.x + s->bounds_max_ws.x);
+    return s->desc->index_count && isfinite(s->scale) && s->scale > 1e-6f &&
+           isfinite(s->bounds_min_ws.x + s->bounds_max_ws.x);
 }
 
 static void see_everything(kd_system_context *context, voxel_objects *table, kd_voxel_scene *scene)
@@ -125,7 +132,8 @@ static void want_caches(voxel_objects *table, kd_voxel_scene *scene)
     for (uint32_t i = 0; i < scene->object_count; i++) {
         kd_voxel_object *o = &scene->objects[i];
         for (uint32_t c = 0; o->alive && o->seen && c < scene->cascade_count; c++)
-            if (!o->caches[c] && (o->cascades >> c & 1u) && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
+            if (!o->caches[c] && (o->cascades >> c & 1u) &&
+                placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
                 objects_want_cache(table, scene, o, o->desc, c);
     }
 }
@@ -140,8 +148,8 @@ static void grow_box(box *b, kd_vec3 low, kd_vec3 high)
     b->high = (kd_vec3){fmaxf(b->high.x, high.x), fmaxf(b->high.y, high.y), fmaxf(b->high.z, high.z)};
 }
 
-/* What the cascades are kept inside of: all that stands still, so that nothing that moves can move them. Scenes in which
- * everything moves are bounded by what is drawn. */
+/* What the cascades are kept inside of: all that stands still, so that nothing that moves can move them.
+ * Scenes in which everything moves are bounded by what is drawn. */
 static box place_bounds(const kd_voxel_scene *scene, const kd_draw_list *list)
 {
     box b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -194,10 +202,10 @@ kd_status kd_voxel_objects_import(kd_schedule *s)
                                   .name = "voxel_objects",
                                   .phase = KD_PHASE_VOXEL_IO,
                                   .where = KD_ON_CPU,
-                                  .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_draw_list), KD_USES(kd_scene_store),
-                                                 KD_USES(kd_view), KD_USES(kd_frame), KD_USES(kd_mesh_instance),
-                                                 KD_USES(kd_skin_instance), KD_USES(kd_world_transform),
-                                                 KD_USES(kd_joint_palette)},
+                                  .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_draw_list),
+                                                 KD_USES(kd_scene_store), KD_USES(kd_view), KD_USES(kd_frame),
+                                                 KD_USES(kd_mesh_instance), KD_USES(kd_skin_instance),
+                                                 KD_USES(kd_world_transform), KD_USES(kd_joint_palette)},
                                   .run_if = gi_is_on,
                                   .no_commands = true,
                                   .run = run,

@@ -1,5 +1,5 @@
-/* System voxel_transform: brings the voxels in the pages to the world and marks the cells that they cover. The dynamic layer
- * goes every frame, the static one only when its members changed or the cascades moved. */
+/* System voxel_transform: brings the voxels in the pages to the world and marks the cells that they cover.
+ * The dynamic layer goes every frame, the static one only when its members changed or the cascades moved. */
 #include "systems/voxel_transform/voxel_transform.h"
 
 #include <stdlib.h>
@@ -15,7 +15,7 @@
 enum { GROUP = 128 };
 
 typedef struct transform_state {
-    kd_gpu_program program[KD_LAYER_COUNT]; /* the static layer is rigid */
+    kd_gpu_program program[KD_LAYER_COUNT];   /* the static layer is rigid */
     kd_gpu_texture joints, geometry, indices; /* texel buffer views */
     uint32_t viewed[3];                       /* the buffers they were made of */
     kd_gpu_buffer none;
@@ -28,8 +28,8 @@ static kd_gpu_buffer or_none(const transform_state *state, kd_gpu_buffer buffer)
 }
 
 /* Views follow their buffers when those grow. */
-static kd_gpu_texture view_of(kd_gpu *gpu, const transform_state *state, kd_gpu_texture *view, uint32_t *viewed,
-                              kd_gpu_buffer buffer, kd_texture_format format)
+static kd_gpu_texture view_of(kd_gpu *gpu, const transform_state *state, kd_gpu_texture *view,
+                              uint32_t *viewed, kd_gpu_buffer buffer, kd_texture_format format)
 {
     buffer = or_none(state, buffer);
     if (*viewed != buffer.id) {
@@ -45,9 +45,12 @@ static void bind_deforming(kd_system_context *context, transform_state *state)
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     const kd_joint_palette *palette = kd_singleton(context->world, kd_joint_palette);
     kd_gpu *gpu = context->gpu;
-    kd_gpu_bind_texture(gpu, 0, view_of(gpu, state, &state->joints, &state->viewed[0], palette->matrices, KD_RGBA32F));
-    kd_gpu_bind_texture(gpu, 1, view_of(gpu, state, &state->geometry, &state->viewed[1], store->geometry, KD_R32UI));
-    kd_gpu_bind_texture(gpu, 2, view_of(gpu, state, &state->indices, &state->viewed[2], store->indices, KD_R32UI));
+    kd_gpu_bind_texture(
+        gpu, 0, view_of(gpu, state, &state->joints, &state->viewed[0], palette->matrices, KD_RGBA32F));
+    kd_gpu_bind_texture(gpu, 1,
+                        view_of(gpu, state, &state->geometry, &state->viewed[1], store->geometry, KD_R32UI));
+    kd_gpu_bind_texture(gpu, 2,
+                        view_of(gpu, state, &state->indices, &state->viewed[2], store->indices, KD_R32UI));
 }
 
 static void transform_layer(kd_system_context *context, transform_state *state, const kd_voxel_scene *scene,
@@ -102,11 +105,14 @@ static kd_status init(kd_system_context *context)
     transform_state *state = context->user;
     const char *deforming[] = {"KD_DEFORMING 1", NULL};
     state->program[KD_LAYER_STATIC] = kd_gpu_make_program(
-        context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_transform/transform.comp", .name = "transform_static"});
+        context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_transform/transform.comp",
+                                             .name = "transform_static"});
     state->program[KD_LAYER_DYNAMIC] = kd_gpu_make_program(
-        context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_transform/transform.comp", .defines = deforming,
+        context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_transform/transform.comp",
+                                             .defines = deforming,
                                              .name = "transform_dynamic"});
-    state->none = kd_gpu_make_buffer(context->gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "none"});
+    state->none =
+        kd_gpu_make_buffer(context->gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "none"});
     return state->program[0].id && state->program[1].id && state->none.id ? KD_OK : KD_GPU;
 }
 
