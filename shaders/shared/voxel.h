@@ -9,8 +9,8 @@
  *   position  10:10:10 cell inside its chunk, 2 bits spare
  *   normal    3 x snorm8 | unorm8 emission (share of the material's emissive colour)
  *   albedo    3 x unorm8 sqrt-encoded | bit 24 double sided
- *   binding   deforming voxels only, 2 words. Skinned: 4 x joint (u8 index into the chunk's joint table … see below) — stored as
- *             joints u16x2, u16x2 | weights unorm8x4 (3 words). Attached (morphing): triangle | barycentric u16x2 | 0 (3 words)
+ *   binding   deforming voxels only, 3 words. Skinned: joints u16x2, u16x2 | weights unorm8x4.
+ *             Attached (morphing): triangle | barycentric y, z as unorm16x2 | 0
  * Words of a page voxel (world space):
  *   cell      10:10:10 low cell of the 2x2x2 block that it covers, bit 31 set: nothing here
  *   fraction  3 x unorm8 of that block's far cells | 0

@@ -22,8 +22,6 @@ static uint32_t counter_of(kd_voxel_layer layer)
     return layer == KD_LAYER_STATIC ? KD_COUNT_STATIC : KD_COUNT_DYNAMIC;
 }
 
-/* Cells that voxels cover at most in practice: one each on the lattice, two or three off it, since neighbours
- * share. */
 /* Room for a layer's cells, kept until its members change. Surfaces share two to three cells a voxel in any
  * pose, wires up to four, and what is counted now may lie on the lattice: twice the count covers that. */
 static uint32_t cells_in_any_pose(kd_gpu *gpu, uint32_t counted, uint64_t voxels)
