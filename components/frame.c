@@ -17,3 +17,8 @@ KD_COMPONENT_DEFINE_DEFAULT(kd_frame, "frame", &frame_default,
                             KD_FIELD_RANGE(kd_frame, height, KD_U32, "pixels", 1, 16384, "picture height"),
                             KD_FIELD_ENUM(kd_frame, gi, gi_names, "technique that gathers indirect light"),
                             KD_FIELD_ENUM(kd_frame, view, view_names, "what the picture shows"));
+
+bool kd_frame_needs_voxels(kd_system_context *context)
+{
+    return kd_singleton(context->world, kd_frame)->gi != KD_GI_NONE;
+}

@@ -4,7 +4,7 @@
 #include <stdbool.h>
 
 #include "runtime/core/settings.h"
-#include "runtime/ecs/world.h"
+#include "runtime/ecs/system.h"
 
 typedef enum kd_gi_technique { KD_GI_CONES, KD_GI_NONE } kd_gi_technique;
 typedef enum kd_view_mode {
@@ -23,5 +23,8 @@ typedef struct kd_frame {
     kd_settings settings;
 } kd_frame;
 KD_COMPONENT_DECLARE(kd_frame);
+
+/** Tell whether this frame's technique gathers light from voxels: run_if of the voxel systems. */
+bool kd_frame_needs_voxels(kd_system_context *context);
 
 #endif

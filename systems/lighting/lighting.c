@@ -40,11 +40,6 @@ static void run(kd_system_context *context)
     kd_gpu_dispatch_indirect(gpu, state->inject, svo->counters, KD_ARGS_LEAVES * 4);
 }
 
-static bool gi_is_on(kd_system_context *context)
-{
-    return kd_singleton(context->world, kd_frame)->gi != KD_GI_NONE;
-}
-
 static kd_status init(kd_system_context *context)
 {
     inject_state *state = context->user;
@@ -79,7 +74,7 @@ kd_status kd_lighting_import(kd_schedule *s)
                                                 {"lights.uniform", KD_USE_UNIFORM},
                                                 {"shadow.maps", KD_USE_SAMPLED},
                                                 {"tree.leaves", KD_USE_STORAGE_WRITE}},
-                                  .run_if = gi_is_on,
+                                  .run_if = kd_frame_needs_voxels,
                                   .no_commands = true,
                                   .run = run,
                                   .init = init,

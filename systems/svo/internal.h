@@ -14,7 +14,7 @@ typedef struct svo_state {
     kd_gpu_rank rank;
     kd_gpu_readback readback;  /* counters of the frames before, without a stall */
     uint32_t texel_viewed[4];  /* buffers behind kd_tree's texel views */
-    uint64_t bytes_build, bytes_filter;
+    uint64_t bytes_build;
 } svo_state;
 
 /** Make what does not depend on counts: masks, ranks, atlas, uniform. Errors KD_GPU, KD_NO_MEMORY */

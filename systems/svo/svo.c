@@ -9,11 +9,6 @@
 #include "systems/svo/build.h"
 #include "systems/svo/internal.h"
 
-static bool gi_is_on(kd_system_context *context)
-{
-    return kd_singleton(context->world, kd_frame)->gi != KD_GI_NONE;
-}
-
 static void prepare(kd_system_context *context)
 {
     kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
@@ -168,7 +163,7 @@ static kd_status add_prepare(kd_schedule *s, svo_state *state)
                                .where = KD_ON_GPU,
                                .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_USES(kd_frame)},
                                .resources = {{"tree.uniform", KD_USE_COPY_WRITE}},
-                               .run_if = gi_is_on,
+                               .run_if = kd_frame_needs_voxels,
                                .no_commands = true,
                                .run = prepare,
                                .init = init,
@@ -197,7 +192,7 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                              {"svo.counters", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_INDIRECT |
                                                   KD_USE_COPY_READ | KD_USE_COPY_WRITE},
                              {"tree.nodes", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
-               .run_if = gi_is_on,
+               .run_if = kd_frame_needs_voxels,
                .no_commands = true,
                .run = build,
                .bytes_moved = build_bytes,
@@ -220,7 +215,7 @@ static kd_status add_filter(kd_schedule *s, svo_state *state)
                                                 {"svo.occupancy", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE |
                                                                       KD_USE_COPY_WRITE},
                                                 {"tree.radiance", KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE}},
-                                  .run_if = gi_is_on,
+                                  .run_if = kd_frame_needs_voxels,
                                   .no_commands = true,
                                   .run = filter,
                                   .user = state,

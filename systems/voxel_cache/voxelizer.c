@@ -89,18 +89,25 @@ static kd_status grow_cache(kd_gpu *gpu, kd_voxel_scene *scene, uint32_t voxels,
     return status;
 }
 
-/* Bind what both triangle passes read, and mark the cells; gives the number of voxels. */
-static kd_status mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store,
-                            const struct pass_params *pass, uint32_t words, uint32_t *count)
+/* What both triangle passes read (shaders/voxel_cache/triangle.glsl), and the mask. */
+static void bind_triangles(kd_gpu *gpu, const voxelizer *v, const kd_scene_store *store,
+                           const struct pass_params *pass)
 {
-    kd_gpu_fill_buffer(gpu, v->mask, 0, (size_t)words * 4, 0);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof *pass);
     kd_gpu_bind_storage(gpu, 0, store->geometry);
     kd_gpu_bind_storage(gpu, 1, store->attributes);
     kd_gpu_bind_storage(gpu, 2, store->indices);
     kd_gpu_bind_storage(gpu, 3, v->columns);
     kd_gpu_bind_storage(gpu, 4, v->mask);
+}
+
+/* Mark the cells that triangles touch; gives the number of voxels. */
+static kd_status mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store,
+                            const struct pass_params *pass, uint32_t words, uint32_t *count)
+{
+    kd_gpu_fill_buffer(gpu, v->mask, 0, (size_t)words * 4, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    bind_triangles(gpu, v, store, pass);
     kd_gpu_dispatch_linear(gpu, v->mark, (pass->chunk_size.w + 63) / 64);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_status status = kd_gpu_rank_run(gpu, &v->rank, v->mask, 0, words, v->ranks, 0, v->counter, 0);
@@ -111,12 +118,7 @@ static kd_status mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *sto
 
 static void accumulate(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const struct pass_params *pass)
 {
-    kd_gpu_bind_uniform(gpu, 0, pass, sizeof *pass);
-    kd_gpu_bind_storage(gpu, 0, store->geometry);
-    kd_gpu_bind_storage(gpu, 1, store->attributes);
-    kd_gpu_bind_storage(gpu, 2, store->indices);
-    kd_gpu_bind_storage(gpu, 3, v->columns);
-    kd_gpu_bind_storage(gpu, 4, v->mask);
+    bind_triangles(gpu, v, store, pass);
     kd_gpu_bind_storage(gpu, 5, v->ranks);
     kd_gpu_bind_storage(gpu, 6, v->sums);
     kd_gpu_bind_storage(gpu, 7, v->nearest);

@@ -61,14 +61,10 @@ static kd_voxel_layer layer_of(const kd_voxel_scene *scene, const kd_voxel_objec
     return o->dynamic || scene->one_layer ? KD_LAYER_DYNAMIC : KD_LAYER_STATIC;
 }
 
-static bool take_id(layer_pages *layer, uint32_t *id)
+static uint32_t take_id(layer_pages *layer)
 {
-    if (layer->free_ids.count) {
-        *id = ((uint32_t *)layer->free_ids.items)[--layer->free_ids.count];
-        return true;
-    }
-    *id = layer->id_count++;
-    return true;
+    list *free_ids = &layer->free_ids;
+    return free_ids->count ? ((uint32_t *)free_ids->items)[--free_ids->count] : layer->id_count++;
 }
 
 static void include_chunk(pages_state *state, kd_voxel_scene *scene, uint32_t object, uint32_t c,
@@ -82,8 +78,9 @@ static void include_chunk(pages_state *state, kd_voxel_scene *scene, uint32_t ob
         uint32_t count = ch->count - at < KD_SEGMENT_VOXELS ? ch->count - at : KD_SEGMENT_VOXELS;
         segment_request *r = list_push(&layer->in, sizeof *r);
         uint32_t *id = list_push(&state->ids, sizeof *id);
-        if (!r || !id || !take_id(layer, id))
+        if (!r || !id)
             return;
+        *id = take_id(layer);
         *r = (segment_request){.segment = {object, ch->first + at, count, chunk | c << 28}, .id = *id};
         o->segment_count[c]++;
         pages->segment_count++;
@@ -342,11 +339,6 @@ static void run(kd_system_context *context)
     compact_ids(state, scene);
 }
 
-static bool gi_is_on(kd_system_context *context)
-{
-    return kd_singleton(context->world, kd_frame)->gi != KD_GI_NONE;
-}
-
 static kd_status init(kd_system_context *context)
 {
     pages_state *state = context->user;
@@ -400,7 +392,7 @@ kd_status kd_voxel_pages_import(kd_schedule *s)
                               KD_USES(kd_light)},
                .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
                              {"voxels.objects", KD_USE_COPY_WRITE}},
-               .run_if = gi_is_on,
+               .run_if = kd_frame_needs_voxels,
                .no_commands = true,
                .run = run,
                .init = init,

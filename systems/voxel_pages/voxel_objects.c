@@ -181,11 +181,6 @@ static void run(kd_system_context *context)
     scene->internal = table;
 }
 
-static bool gi_is_on(kd_system_context *context)
-{
-    return kd_singleton(context->world, kd_frame)->gi != KD_GI_NONE;
-}
-
 static void fini(kd_system_context *context)
 {
     voxel_objects *table = context->user;
@@ -206,7 +201,7 @@ kd_status kd_voxel_objects_import(kd_schedule *s)
                                                  KD_USES(kd_scene_store), KD_USES(kd_view), KD_USES(kd_frame),
                                                  KD_USES(kd_mesh_instance), KD_USES(kd_skin_instance),
                                                  KD_USES(kd_world_transform), KD_USES(kd_joint_palette)},
-                                  .run_if = gi_is_on,
+                                  .run_if = kd_frame_needs_voxels,
                                   .no_commands = true,
                                   .run = run,
                                   .fini = fini,

@@ -90,11 +90,6 @@ static void run(kd_system_context *context)
     transform_layer(context, state, scene, svo, KD_LAYER_DYNAMIC);
 }
 
-static bool gi_is_on(kd_system_context *context)
-{
-    return kd_singleton(context->world, kd_frame)->gi != KD_GI_NONE;
-}
-
 static uint64_t bytes_moved(const kd_system_context *context)
 {
     return ((const transform_state *)context->user)->bytes;
@@ -148,7 +143,7 @@ kd_status kd_voxel_transform_import(kd_schedule *s)
                                                 {"scene.joints", KD_USE_SAMPLED},
                                                 {"tree.uniform", KD_USE_UNIFORM},
                                                 {"svo.masks", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
-                                  .run_if = gi_is_on,
+                                  .run_if = kd_frame_needs_voxels,
                                   .no_commands = true,
                                   .run = run,
                                   .bytes_moved = bytes_moved,
