@@ -2,17 +2,22 @@
 #define KD_ECS_INTERNAL_H
 
 /* What the files of this module share. One idea a file:
- *   memory.c     aligned blocks, counted against the world
- *   component.c  descriptions and their ids in one world
- *   table.c      archetypes (sets of components) and tables (an archetype at one hierarchy depth; struct of
- * arrays) entity.c     handles, spawn, destroy, values hierarchy.c  parents, ordered children, depth query.c
- * cached lists of matching tables commands.c   changes recorded by workers and merged in a defined order
- *   sparse.c     values and enable bits kept by entity, beside the tables
+ *   memory.c       aligned blocks, counted against the world
+ *   component.c    descriptions and their ids in one world
+ *   table.c        archetypes (sets of components), tables (an archetype at one depth; struct of arrays)
+ *   entity.c       handles
+ *   spawn.c        making entities
+ *   value.c        the values of one entity
+ *   destroy.c      one death, many deaths
+ *   hierarchy.c    parents, ordered children, depth
+ *   sparse.c       values and enable bits kept by entity, beside the tables
+ *   query.c        cached lists of matching tables
+ *   parallel.c     a query's rows shared among workers
+ *   commands.c     changes recorded by workers and merged in a defined order
+ *   observer.c     events wait until the outermost change is complete
+ *   instance.c     copies of subtrees
  *   snapshot_*.c diff.c  a world as bytes and as JSON; what makes two worlds different
- *   observer.c   events wait until the outermost change is complete
- *   instance.c   copies of subtrees, many deaths at once
- *   parallel.c   a query's rows shared among workers
- *   statistics.c where the memory is
+ *   statistics.c   where the memory is
  *   names.c singleton.c checksum.c reflect.c world.c
  *
  * Invariants
@@ -315,14 +320,28 @@ void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count); /
 void ecs_column_stamp(kd_world *w, ecs_table *t, uint32_t column, uint32_t row, uint32_t count);
 void ecs_tables_fini(kd_world *w);
 
+/* commands.c */
+kd_entity ecs_commands_resolve(const kd_world *w, kd_entity e); /* KD_NO_ENTITY when unknown */
+void ecs_commands_fini(kd_world *w);
+
 /* entity.c */
-bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row);
-/** Make an entity; pointers in `values` (NULL: default) may be changed by the call. */
-kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count);
 bool ecs_handles_reserve(kd_world *w, uint32_t n);
 kd_entity ecs_handle_take(kd_world *w); /* the index freed last comes first; room was reserved */
 void ecs_handle_give(kd_world *w, kd_entity e);
-kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value);
+/** Where does the entity lie, if it is alive? Pending handles lead to what they became. */
+static inline bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row)
+{
+    ecs_record r = e.index < w->head.entity_limit ? w->head.records[e.index] : 0;
+    if (ecs_record_generation(r) != e.generation || !e.generation) {
+        e = e.generation & ECS_PENDING ? ecs_commands_resolve(w, e) : KD_NO_ENTITY;
+        r = e.index < w->head.entity_limit ? w->head.records[e.index] : 0;
+        if (ecs_record_generation(r) != e.generation || !e.generation)
+            return false;
+    }
+    *t = w->head.tables[ecs_record_table(r)];
+    *row = ecs_record_row(r);
+    return true;
+}
 static inline ecs_table *ecs_table_of(const kd_world *w, uint32_t index)
 {
     return w->head.tables[ecs_record_table(w->head.records[index])];
@@ -344,6 +363,29 @@ static inline void ecs_structure_changed(kd_world *w, const char *call)
 {
     w->structure++;
     w->last_change = call;
+}
+
+/* spawn.c */
+/** Make an entity; pointers in `values` (NULL: default) may be changed by the call. */
+kd_entity ecs_spawn_ids(kd_world *w, const kd_component_id *ids, const void **values, uint32_t count);
+bool ecs_rows_grow(kd_world *w, ecs_table *t, uint32_t rows, const void **values, uint32_t count);
+/** Make room for n more rows, and let values that lie in this table's own columns follow them to their new
+ * place. */
+static inline bool ecs_rows_reserve(kd_world *w, ecs_table *t, uint32_t n, const void **values,
+                                    uint32_t count)
+{
+    if (n <= t->capacity - t->count)
+        return true;
+    return n <= UINT32_MAX - t->count && ecs_rows_grow(w, t, t->count + n, values, count);
+}
+
+/* value.c */
+kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value);
+static inline void *ecs_value_at(const kd_world *w, const ecs_table *t, uint32_t column, uint32_t row)
+{
+    if (column == ECS_TAG_COLUMN)
+        return (void *)(uintptr_t)w->tag_value;
+    return t->columns[column].data + (size_t)row * t->columns[column].size;
 }
 
 /* sparse.c */
@@ -421,10 +463,6 @@ static inline void ecs_events_settle(kd_world *w)
         ecs_events_tell(w);
 }
 void ecs_observers_fini(kd_world *w);
-
-/* commands.c */
-kd_entity ecs_commands_resolve(const kd_world *w, kd_entity e); /* KD_NO_ENTITY when unknown */
-void ecs_commands_fini(kd_world *w);
 
 /* singleton.c */
 void ecs_singletons_fini(kd_world *w);
