@@ -17,7 +17,7 @@
  * - A thief reads the slot before it owns it. The owner reuses a slot only after reading a top beyond it. Top
  *   never returns to a value, so the thief's compare-exchange then fails, and what it read is dropped. Slots
  *   are atomic words, so that this read is no data race.
- * - push() is sequentially consistent because the pool reads its mask of sleeping workers next: see jobs.c.
+ * - push() is sequentially consistent because the pool reads its mask of sleeping workers next: see sleep.c.
  *
  * tests/unit/jobs_model.c runs this file through every execution that the memory model allows to a few
  * operations. */

@@ -1,0 +1,90 @@
+/* What a worker does: find a job, run it, sum up what has ended.
+ *
+ * Finished jobs of one counter are subtracted together, before a job of another counter begins or the worker
+ * runs dry: the counter could not have become zero earlier, and workers do not fight for its cache line. */
+#include "runtime/jobs/pool.h"
+
+static bool steal_any(kd_jobs *jobs, job_worker *w, job *out) {
+    for (uint32_t i = 0; i < jobs->threads; i++) {
+        uint32_t victim = w->victim;
+        w->victim = victim + 1 < jobs->threads ? victim + 1 : 0;
+        if (victim == w->index)
+            continue;
+        job_deque *deque = &jobs->workers[victim].deque;
+        int64_t top, seen = w->seen_top[victim];
+        int64_t count = job_deque_look(deque, &top);
+        w->seen_top[victim] = count == 1 ? top : -1;
+        if ((count > 1 || (count == 1 && seen == top)) && job_deque_steal(deque, top, out)) {
+            w->victim = victim; /* there may be more */
+            return true;
+        }
+    }
+    return false;
+}
+
+void jobs_execute(kd_jobs *jobs, job_worker *w, const job *j, jobs_finished *run) {
+    if (run->counter != j->counter)
+        jobs_flush(jobs, run);
+    if (j->fn)
+        j->fn(j->user, w->index);
+    else
+        jobs_run_piece(jobs, w, j);
+    run->counter = j->counter;
+    run->count += j->counter != NULL;
+}
+
+static bool find_job(kd_jobs *jobs, job_worker *w, job *out) {
+    return job_queue_take(&jobs->first, out) || job_deque_take(&w->deque, out) ||
+           job_queue_take(&jobs->inbox, out) || steal_any(jobs, w, out);
+}
+
+/* Run one job if there is one: the lane's before all others. */
+bool jobs_run_one(kd_jobs *jobs, job_worker *w, jobs_finished *run) {
+    job j;
+    if (w->index == KD_GPU_LANE && !jobs->lane_busy && job_queue_take(&jobs->lane, &j)) {
+        jobs->lane_busy = true;
+        jobs_execute(jobs, w, &j, run);
+        jobs->lane_busy = false;
+        return true;
+    }
+    if (!find_job(jobs, w, &j))
+        return false;
+    jobs_execute(jobs, w, &j, run);
+    return true;
+}
+
+/* Single thread: run all that the last job left behind. */
+void jobs_drain_inline(kd_jobs *jobs) {
+    jobs_finished run = {0};
+    jobs->inside = true;
+    for (;;) {
+        if (jobs_run_one(jobs, &jobs->workers[0], &run))
+            continue;
+        if (!run.counter)
+            break;
+        jobs_flush(jobs, &run); /* may let jobs go that waited */
+    }
+    jobs->inside = false;
+}
+
+void *jobs_worker_main(void *user) {
+    job_worker *w = user;
+    kd_jobs *jobs = w->jobs;
+    jobs_thread.jobs = jobs;
+    jobs_thread.worker = w->index;
+    jobs_finished run = {0};
+    jobs_idle_state state = {0};
+    for (;;) {
+        if (jobs_run_one(jobs, w, &run)) {
+            state.until_ns = 0;
+            continue;
+        }
+        jobs_flush(jobs, &run);
+        if (atomic_load(&jobs->stop) && !jobs_work_is_visible(jobs, w))
+            break;
+        jobs_idle(jobs, w, NULL, &state);
+    }
+    run = (jobs_finished){&jobs->alive, 1};
+    jobs_flush(jobs, &run);
+    return NULL;
+}
