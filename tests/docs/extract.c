@@ -23,6 +23,7 @@ static const char head[] = "#include <setjmp.h>\n"
                            "#include \"runtime/ecs/query.h\"\n"
                            "#include \"runtime/ecs/reflect.h\"\n"
                            "#include \"runtime/ecs/snapshot.h\"\n"
+                           "#include \"runtime/ecs/statistics.h\"\n"
                            "#include \"runtime/ecs/system.h\"\n"
                            "#include \"runtime/jobs/graph.h\"\n";
 
