@@ -15,7 +15,8 @@ struct jobs_after_block {
 };
 
 /* Under after_lock: get a place for one job more. NULL when memory is out. */
-static job_after *after_get(kd_jobs *jobs) {
+static job_after *after_get(kd_jobs *jobs)
+{
     if (!jobs->after_free) {
         jobs_after_block *block = malloc(sizeof *block);
         if (!block)
@@ -32,7 +33,8 @@ static job_after *after_get(kd_jobs *jobs) {
 }
 
 /* Hang the job into the list at `before`. False when that is zero, or memory is out. */
-static bool hold_back(kd_jobs *jobs, kd_job_counter *before, const job *j) {
+static bool hold_back(kd_jobs *jobs, kd_job_counter *before, const job *j)
+{
     pthread_mutex_lock(&jobs->after_lock);
     uint32_t pending = atomic_load(&before->pending);
     job_after *after = pending ? after_get(jobs) : NULL;
@@ -50,7 +52,8 @@ static bool hold_back(kd_jobs *jobs, kd_job_counter *before, const job *j) {
 }
 
 /* Let jobs go that waited. The newest comes first in the list and so is taken last. */
-static void release(kd_jobs *jobs, job_after *after) {
+static void release(kd_jobs *jobs, job_after *after)
+{
     job_after *last = NULL;
     for (job_after *a = after; a; a = a->next) {
         jobs_enqueue(jobs, &a->waiting);
@@ -67,7 +70,8 @@ static void release(kd_jobs *jobs, job_after *after) {
 }
 
 /* Lower the last n of a counter for which jobs wait, if they still are the last. */
-static bool lower_last(kd_jobs *jobs, kd_job_counter *counter, uint32_t n, job_after **after) {
+static bool lower_last(kd_jobs *jobs, kd_job_counter *counter, uint32_t n, job_after **after)
+{
     uint32_t pending = n | JOBS_HAS_AFTER;
     pthread_mutex_lock(&jobs->after_lock);
     *after = counter->after;
@@ -79,7 +83,8 @@ static bool lower_last(kd_jobs *jobs, kd_job_counter *counter, uint32_t n, job_a
     return lowered;
 }
 
-void kd_jobs_lower(kd_jobs *jobs, kd_job_counter *counter, uint32_t n) {
+void kd_jobs_lower(kd_jobs *jobs, kd_job_counter *counter, uint32_t n)
+{
     uint32_t pending = n; /* guessed: then one exchange is enough */
     job_after *after = NULL;
     while (!atomic_compare_exchange_strong(&counter->pending, &pending, pending - n)) {
@@ -97,7 +102,8 @@ void kd_jobs_lower(kd_jobs *jobs, kd_job_counter *counter, uint32_t n) {
 }
 
 void kd_jobs_run_after(kd_jobs *jobs, kd_job_counter *before, kd_job_fn *fn, void *user,
-                       kd_job_counter *counter) {
+                       kd_job_counter *counter)
+{
     job j = {.fn = fn, .user = user, .counter = counter};
     assert(fn && before != counter);
     jobs_raise(counter, 1);
@@ -109,7 +115,8 @@ void kd_jobs_run_after(kd_jobs *jobs, kd_job_counter *before, kd_job_fn *fn, voi
         jobs_drain_inline(jobs);
 }
 
-void jobs_after_fini(kd_jobs *jobs) {
+void jobs_after_fini(kd_jobs *jobs)
+{
     for (jobs_after_block *block = jobs->after_blocks; block;) {
         jobs_after_block *older = block->older;
         free(block);

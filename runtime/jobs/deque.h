@@ -50,6 +50,7 @@ typedef struct job_ring {
 typedef struct job_deque {
     alignas(128) _Atomic int64_t top;
     alignas(128) _Atomic int64_t bottom; /* written by the owner alone */
+    int64_t known_top;                   /* the owner's: top was here once, and may be further by now */
     _Atomic(job_ring *) ring;
 } job_deque;
 
@@ -84,6 +85,7 @@ static inline bool job_deque_init(job_deque *d, int64_t size) {
     job_ring *ring = job_ring_make(size, NULL);
     atomic_init(&d->top, 0);
     atomic_init(&d->bottom, 0);
+    d->known_top = 0;
     atomic_init(&d->ring, ring);
     return ring != NULL;
 }
@@ -100,7 +102,9 @@ static inline void job_deque_fini(job_deque *d) {
 static inline job_ring *job_deque_reserve(job_deque *d, int64_t n) {
     job_ring *ring = atomic_load_explicit(&d->ring, memory_order_relaxed);
     int64_t bottom = atomic_load_explicit(&d->bottom, memory_order_relaxed);
-    int64_t top = atomic_load_explicit(&d->top, memory_order_acquire);
+    if (bottom - d->known_top + n <= ring->size)
+        return ring; /* without a look at what thieves write */
+    int64_t top = d->known_top = atomic_load_explicit(&d->top, memory_order_acquire);
     if (bottom - top + n <= ring->size)
         return ring;
     int64_t size = ring->size * 2;

@@ -224,8 +224,9 @@ static bool unblock(graph_node *n) {
 /* Node n has ended: free its successors. Returns the one to go on with; none after a lane node, so that other
  * lane jobs do not wait for work that could run elsewhere. */
 static graph_node *release(kd_job_graph *g, const graph_node *n) {
-    ready_batch ready = {.count = 0};
+    ready_batch ready; /* not cleared as a whole: a hop of a chain would pay for it */
     graph_node *chosen = NULL;
+    ready.count = 0;
     for (uint32_t i = 0; i < n->count; i++) {
         graph_node *next = &g->nodes[g->next[n->first + i]];
         if (!unblock(next))

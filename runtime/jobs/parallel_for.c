@@ -19,14 +19,16 @@ typedef struct split_frame {
 /* Work through [begin, end) grain by grain. Whenever our deque is empty (somebody took what we offered, or
  * nothing is on offer yet), offer the upper half of what remains: without a thief there are as many jobs as
  * halvings, not as grains. */
-void jobs_run_piece(kd_jobs *jobs, job_worker *w, const job *piece) {
+void jobs_run_piece(kd_jobs *jobs, job_worker *w, const job *piece)
+{
     split_frame *frame = piece->user;
     uint32_t begin = (uint32_t)piece->range, end = (uint32_t)(piece->range >> 32);
     while (begin < end) {
         while (end - begin > frame->grain && job_deque_is_empty(&w->deque)) {
             uint32_t middle = begin + (end - begin) / 2;
-            jobs_submit(jobs,
-                   &(job){.user = frame, .counter = &frame->counter, .range = middle | (uint64_t)end << 32});
+            jobs_submit(
+                jobs,
+                &(job){.user = frame, .counter = &frame->counter, .range = middle | (uint64_t)end << 32});
             end = middle;
         }
         uint32_t stop = end - begin > frame->grain ? begin + frame->grain : end;
@@ -35,7 +37,8 @@ void jobs_run_piece(kd_jobs *jobs, job_worker *w, const job *piece) {
     }
 }
 
-static void split(kd_jobs *jobs, split_frame *frame, uint32_t begin, uint32_t end) {
+static void split(kd_jobs *jobs, split_frame *frame, uint32_t begin, uint32_t end)
+{
     job piece = {.user = frame, .counter = &frame->counter, .range = begin | (uint64_t)end << 32};
     if (jobs_is_worker(jobs))
         jobs_run_piece(jobs, &jobs->workers[kd_jobs_worker(jobs)], &piece);
@@ -46,7 +49,8 @@ static void split(kd_jobs *jobs, split_frame *frame, uint32_t begin, uint32_t en
 
 /* Run the first share of a long loop and judge by it whether the rest is worth splitting. Returns how many
  * indices are done. */
-static uint32_t probe(const split_frame *frame, uint32_t count, uint32_t worker) {
+static uint32_t probe(const split_frame *frame, uint32_t count, uint32_t worker)
+{
     uint32_t share = count / PROBE_SHARE;
     uint64_t begin_ns = kd_clock_ns();
     frame->fn(frame->user, 0, share, worker);
@@ -57,7 +61,8 @@ static uint32_t probe(const split_frame *frame, uint32_t count, uint32_t worker)
     return count;
 }
 
-void kd_jobs_parallel_for(kd_jobs *jobs, uint32_t count, uint32_t grain, kd_range_fn *fn, void *user) {
+void kd_jobs_parallel_for(kd_jobs *jobs, uint32_t count, uint32_t grain, kd_range_fn *fn, void *user)
+{
     split_frame frame = {.fn = fn, .user = user, .grain = grain};
     uint32_t worker = kd_jobs_worker(jobs), done = 0;
     bool inside = jobs_is_worker(jobs);

@@ -12,15 +12,18 @@ enum {
 
 _Thread_local jobs_thread_record jobs_thread;
 
-uint32_t kd_jobs_worker(const kd_jobs *jobs) {
+uint32_t kd_jobs_worker(const kd_jobs *jobs)
+{
     return jobs_thread.jobs == jobs ? jobs_thread.worker : 0;
 }
 
-uint32_t kd_jobs_threads(const kd_jobs *jobs) {
+uint32_t kd_jobs_threads(const kd_jobs *jobs)
+{
     return jobs->threads;
 }
 
-static bool init_worker(kd_jobs *jobs, uint32_t index) {
+static bool init_worker(kd_jobs *jobs, uint32_t index)
+{
     job_worker *w = &jobs->workers[index];
     w->jobs = jobs;
     w->index = index;
@@ -30,7 +33,8 @@ static bool init_worker(kd_jobs *jobs, uint32_t index) {
     return job_deque_init(&w->deque, DEQUE_SIZE);
 }
 
-static bool init_queues(kd_jobs *jobs) {
+static bool init_queues(kd_jobs *jobs)
+{
     pthread_mutex_init(&jobs->after_lock, NULL);
     pthread_mutex_init(&jobs->outside_lock, NULL);
     pthread_cond_init(&jobs->outside_signal, NULL);
@@ -39,7 +43,8 @@ static bool init_queues(kd_jobs *jobs) {
     return job_queue_init(&jobs->inbox, QUEUE_SIZE) && ok;
 }
 
-static void fini_queues(kd_jobs *jobs) {
+static void fini_queues(kd_jobs *jobs)
+{
     jobs_after_fini(jobs);
     job_queue_fini(&jobs->lane);
     job_queue_fini(&jobs->first);
@@ -49,16 +54,19 @@ static void fini_queues(kd_jobs *jobs) {
     pthread_cond_destroy(&jobs->outside_signal);
 }
 
-static bool start_worker(job_worker *w) {
+static bool start_worker(job_worker *w)
+{
     return pthread_create(&w->thread, NULL, jobs_worker_main, w) == 0;
 }
 
-static uint32_t processor_count(void) {
+static uint32_t processor_count(void)
+{
     long online = sysconf(_SC_NPROCESSORS_ONLN);
     return online < 1 ? 1 : online > JOBS_MAX_WORKERS ? JOBS_MAX_WORKERS : (uint32_t)online;
 }
 
-kd_jobs *kd_jobs_make(uint32_t threads) {
+kd_jobs *kd_jobs_make(uint32_t threads)
+{
     threads = threads == 0 ? processor_count() : threads > JOBS_MAX_WORKERS ? JOBS_MAX_WORKERS : threads;
     size_t size = sizeof(kd_jobs) + threads * sizeof(job_worker);
     kd_jobs *jobs = aligned_alloc(128, (size + 127) / 128 * 128);
@@ -81,7 +89,8 @@ kd_jobs *kd_jobs_make(uint32_t threads) {
     return NULL;
 }
 
-void kd_jobs_destroy(kd_jobs *jobs) {
+void kd_jobs_destroy(kd_jobs *jobs)
+{
     if (!jobs)
         return;
     atomic_store(&jobs->stop, true);

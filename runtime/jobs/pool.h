@@ -38,6 +38,8 @@ typedef struct job_worker {
     kd_jobs *jobs;
     uint32_t index;
     uint32_t victim; /* where to steal next */
+    uint32_t stolen; /* jobs; how it goes with them: see worker.c */
+    uint64_t stretch_ns, idle_ns, rest_ns, rest_until_ns;
     /* A lone job is stolen only when it is seen twice at the same place: its owner is most likely about to
      * run it, and a chain of jobs would wander between caches otherwise. */
     int64_t seen_top[JOBS_MAX_WORKERS];
@@ -73,12 +75,14 @@ typedef struct jobs_thread_record {
 } jobs_thread_record;
 extern _Thread_local jobs_thread_record jobs_thread;
 
-static inline bool jobs_is_worker(const kd_jobs *jobs) {
+static inline bool jobs_is_worker(const kd_jobs *jobs)
+{
     return jobs_thread.jobs == jobs || jobs->owner == &jobs_thread;
 }
 
 /* No other thread runs jobs and none is running: submitting means doing. */
-static inline bool jobs_runs_inline(const kd_jobs *jobs) {
+static inline bool jobs_runs_inline(const kd_jobs *jobs)
+{
     return jobs->threads == 1 && jobs_is_worker(jobs) && !jobs->inside;
 }
 
@@ -97,7 +101,8 @@ bool jobs_work_is_visible(kd_jobs *jobs, const job_worker *w);
 void jobs_idle(kd_jobs *jobs, job_worker *w, kd_job_counter *counter, jobs_idle_state *state);
 
 /* Wake up to n workers, if that many sleep. What they are to find was published before. */
-static inline void jobs_wake_some(kd_jobs *jobs, uint32_t n) {
+static inline void jobs_wake_some(kd_jobs *jobs, uint32_t n)
+{
     if (atomic_load(&jobs->parked))
         jobs_wake_sleepers(jobs, n);
 }
@@ -109,11 +114,13 @@ typedef struct jobs_finished {
     uint32_t count;
 } jobs_finished;
 
-static inline void jobs_raise(kd_job_counter *counter, uint32_t n) {
+static inline void jobs_raise(kd_job_counter *counter, uint32_t n)
+{
     if (counter)
         atomic_fetch_add_explicit(&counter->pending, n, memory_order_relaxed);
 }
-static inline void jobs_flush(kd_jobs *jobs, jobs_finished *run) {
+static inline void jobs_flush(kd_jobs *jobs, jobs_finished *run)
+{
     jobs_finished done = *run;
     *run = (jobs_finished){0};
     if (done.counter)

@@ -12,14 +12,16 @@ enum {
     MAX_PAUSES = 32, /* looking at a deque takes its cache line away: look less often when nothing comes */
 };
 
-static void unpark(job_worker *w) {
+static void unpark(job_worker *w)
+{
     pthread_mutex_lock(&w->lock);
     w->signaled = true;
     pthread_cond_signal(&w->signal);
     pthread_mutex_unlock(&w->lock);
 }
 
-bool jobs_wake(kd_jobs *jobs, uint32_t worker) {
+bool jobs_wake(kd_jobs *jobs, uint32_t worker)
+{
     uint64_t bit = (uint64_t)1 << worker;
     if (!(atomic_fetch_and(&jobs->parked, ~bit) & bit))
         return false;
@@ -28,7 +30,8 @@ bool jobs_wake(kd_jobs *jobs, uint32_t worker) {
 }
 
 /* Wake up to n sleepers, the highest first: worker 0 has the lane to care for. */
-void jobs_wake_sleepers(kd_jobs *jobs, uint32_t n) {
+void jobs_wake_sleepers(kd_jobs *jobs, uint32_t n)
+{
     while (n > 0) {
         uint64_t parked = atomic_load(&jobs->parked);
         if (!parked)
@@ -38,7 +41,8 @@ void jobs_wake_sleepers(kd_jobs *jobs, uint32_t n) {
     }
 }
 
-void jobs_wake_waiting(kd_jobs *jobs) {
+void jobs_wake_waiting(kd_jobs *jobs)
+{
     for (uint64_t waiting = atomic_load(&jobs->waiting); waiting; waiting &= waiting - 1)
         jobs_wake(jobs, (uint32_t)__builtin_ctzll(waiting));
     if (atomic_load(&jobs->outside_waiting) > 0) {
@@ -48,7 +52,8 @@ void jobs_wake_waiting(kd_jobs *jobs) {
     }
 }
 
-bool jobs_work_is_visible(kd_jobs *jobs, const job_worker *w) {
+bool jobs_work_is_visible(kd_jobs *jobs, const job_worker *w)
+{
     int64_t top;
     for (uint32_t i = 0; i < jobs->threads; i++)
         if (job_deque_look(&jobs->workers[i].deque, &top) > 0)
@@ -59,7 +64,8 @@ bool jobs_work_is_visible(kd_jobs *jobs, const job_worker *w) {
 }
 
 /* Sleep until there may be work, the counter may be zero (NULL: none is awaited) or the pool stops. */
-static void park(kd_jobs *jobs, job_worker *w, kd_job_counter *counter) {
+static void park(kd_jobs *jobs, job_worker *w, kd_job_counter *counter)
+{
     uint64_t bit = (uint64_t)1 << w->index;
     atomic_fetch_or(&jobs->parked, bit);
     if (counter)
@@ -77,7 +83,8 @@ static void park(kd_jobs *jobs, job_worker *w, kd_job_counter *counter) {
     atomic_fetch_and(&jobs->parked, ~bit);
 }
 
-static void pause_briefly(void) {
+static void pause_briefly(void)
+{
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();
 #elif defined(__aarch64__)
@@ -86,7 +93,8 @@ static void pause_briefly(void) {
 }
 
 /* Nothing was found: pause, ever longer, then sleep. */
-void jobs_idle(kd_jobs *jobs, job_worker *w, kd_job_counter *counter, jobs_idle_state *state) {
+void jobs_idle(kd_jobs *jobs, job_worker *w, kd_job_counter *counter, jobs_idle_state *state)
+{
     uint64_t now = kd_clock_ns();
     if (state->until_ns == 0)
         *state = (jobs_idle_state){.until_ns = now + SPIN_NS, .pauses = 1};

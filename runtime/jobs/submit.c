@@ -6,7 +6,8 @@
 #include "runtime/jobs/pool.h"
 
 /* For jobs that no other place can take: there is no way on. */
-static void put_or_stop(job_queue *queue, const job *j, const char *what) {
+static void put_or_stop(job_queue *queue, const job *j, const char *what)
+{
     if (job_queue_put(queue, j))
         return;
     kd_log(KD_LOG_ERROR, "out of memory (%u jobs wait %s); stopping", (unsigned)atomic_load(&queue->count),
@@ -15,7 +16,8 @@ static void put_or_stop(job_queue *queue, const job *j, const char *what) {
 }
 
 /* Publish a job whose counter is raised already. */
-void jobs_enqueue(kd_jobs *jobs, const job *j) {
+void jobs_enqueue(kd_jobs *jobs, const job *j)
+{
     job_worker *w = &jobs->workers[kd_jobs_worker(jobs)];
     bool inside = jobs_is_worker(jobs);
     if (!inside)
@@ -29,12 +31,14 @@ void jobs_enqueue(kd_jobs *jobs, const job *j) {
     jobs_flush(jobs, &run);
 }
 
-void jobs_submit(kd_jobs *jobs, const job *j) {
+void jobs_submit(kd_jobs *jobs, const job *j)
+{
     jobs_raise(j->counter, 1);
     jobs_enqueue(jobs, j);
 }
 
-void kd_jobs_run(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter *counter) {
+void kd_jobs_run(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter *counter)
+{
     assert(fn);
     if (jobs_runs_inline(jobs)) {
         jobs->inside = true;
@@ -45,7 +49,8 @@ void kd_jobs_run(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter *count
     jobs_submit(jobs, &(job){.fn = fn, .user = user, .counter = counter});
 }
 
-void kd_jobs_run_n(kd_jobs *jobs, kd_job_fn *fn, void *const *users, uint32_t n, kd_job_counter *counter) {
+void kd_jobs_run_n(kd_jobs *jobs, kd_job_fn *fn, void *const *users, uint32_t n, kd_job_counter *counter)
+{
     job_worker *w = &jobs->workers[kd_jobs_worker(jobs)];
     bool batch = n > 1 && jobs_is_worker(jobs) && !jobs_runs_inline(jobs);
     job_ring *ring = batch ? job_deque_reserve(&w->deque, n) : NULL;
@@ -62,7 +67,8 @@ void kd_jobs_run_n(kd_jobs *jobs, kd_job_fn *fn, void *const *users, uint32_t n,
     jobs_wake_some(jobs, n < jobs->threads ? n : jobs->threads - 1);
 }
 
-void kd_jobs_run_first(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter *counter) {
+void kd_jobs_run_first(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter *counter)
+{
     job j = {.fn = fn, .user = user, .counter = counter};
     assert(fn);
     if (jobs_runs_inline(jobs)) {
@@ -76,7 +82,8 @@ void kd_jobs_run_first(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter 
         jobs_enqueue(jobs, &j);
 }
 
-void kd_jobs_run_lane(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter *counter) {
+void kd_jobs_run_lane(kd_jobs *jobs, kd_job_fn *fn, void *user, kd_job_counter *counter)
+{
     assert(fn);
     jobs_raise(counter, 1);
     put_or_stop(&jobs->lane, &(job){.fn = fn, .user = user, .counter = counter}, "for the GPU lane");

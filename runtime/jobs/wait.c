@@ -1,7 +1,8 @@
 /* Waiting: workers help meanwhile, foreign threads sleep. */
 #include "runtime/jobs/pool.h"
 
-static void wait_helping(kd_jobs *jobs, job_worker *w, kd_job_counter *counter) {
+static void wait_helping(kd_jobs *jobs, job_worker *w, kd_job_counter *counter)
+{
     jobs_finished run = {0};
     jobs_idle_state state = {0};
     for (;;) {
@@ -19,7 +20,8 @@ static void wait_helping(kd_jobs *jobs, job_worker *w, kd_job_counter *counter) 
     jobs_flush(jobs, &run);
 }
 
-static void wait_outside(kd_jobs *jobs, kd_job_counter *counter) {
+static void wait_outside(kd_jobs *jobs, kd_job_counter *counter)
+{
     atomic_fetch_add(&jobs->outside_waiting, 1);
     pthread_mutex_lock(&jobs->outside_lock);
     while (atomic_load(&counter->pending) != 0)
@@ -28,7 +30,8 @@ static void wait_outside(kd_jobs *jobs, kd_job_counter *counter) {
     atomic_fetch_sub(&jobs->outside_waiting, 1);
 }
 
-void kd_jobs_wait(kd_jobs *jobs, kd_job_counter *counter) {
+void kd_jobs_wait(kd_jobs *jobs, kd_job_counter *counter)
+{
     if (atomic_load_explicit(&counter->pending, memory_order_acquire) == 0)
         return;
     if (!jobs_is_worker(jobs)) {

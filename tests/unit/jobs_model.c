@@ -213,6 +213,7 @@ static bool find_step(const model_state *s, int t, step *next) {
     replayed = &s->threads[t];
     position = 0;
     rings_made = 1;
+    deque.known_top = 0;
     uint32_t taken_before = taken_count;
     if (setjmp(stopped)) {
         taken_count = taken_before;

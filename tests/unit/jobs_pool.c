@@ -212,6 +212,31 @@ static void parallel_for_runs_pieces_at_the_same_time(void **state)
     kd_jobs_destroy(jobs);
 }
 
+static void meet_job(void *user, uint32_t worker)
+{
+    meet(user, 0, 1, worker);
+}
+
+/* A thief rests when jobs are tiny; that may not outlast them. */
+static void long_jobs_run_side_by_side_after_tiny_ones(void **state)
+{
+    (void)state;
+    kd_jobs *jobs = kd_jobs_make(2);
+    for (int round = 0; round < 20; round++) {
+        atomic_int count = 0;
+        meeting m = {0};
+        kd_job_counter done = {0};
+        for (int i = 0; i < 5000; i++)
+            kd_jobs_run(jobs, increment, &count, &done);
+        kd_jobs_run(jobs, meet_job, &m, &done);
+        kd_jobs_run(jobs, meet_job, &m, &done);
+        kd_jobs_wait(jobs, &done);
+        assert_int_equal(count, 5000);
+        assert_int_equal(m.met, 2);
+    }
+    kd_jobs_destroy(jobs);
+}
+
 typedef struct lane_log {
     kd_jobs *jobs;
     int order[1000];
@@ -327,6 +352,7 @@ int main(void)
         cmocka_unit_test(nested_waits_help),
         cmocka_unit_test(parallel_for_covers_every_index_once),
         cmocka_unit_test(parallel_for_runs_pieces_at_the_same_time),
+        cmocka_unit_test(long_jobs_run_side_by_side_after_tiny_ones),
         cmocka_unit_test(lane_runs_in_order_on_worker_0_one_at_a_time),
         cmocka_unit_test(destroy_runs_what_nobody_waited_for),
         cmocka_unit_test(jobs_see_their_own_worker_number),
