@@ -39,6 +39,7 @@ typedef enum kd_setting_type { KD_SETTING_BOOL, KD_SETTING_I32, KD_SETTING_F32, 
     X(F32, cones, step, 0.5f, 0.1, 2, NULL, "diameters", "step along a cone")                                \
     X(F32, cones, max_distance, 0, 0, 1e6, NULL, "m", "end of a cone; 0: the whole tree")                    \
     X(I32, cones, resolution, 2, 1, 4, NULL, "pixels", "trace every n-th pixel of both axes")                \
+    X(F32, cones, refine, 0.2f, 0, 1, NULL, NULL, "trace at twice the spacing where neighbours differ by less; 0: nowhere") \
     X(F32, cones, start, 1.5f, 0, 16, NULL, "voxels", "distance from the surface at which a cone starts")    \
     X(F32, cones, intensity, 1, 0, 100, NULL, NULL, "factor on indirect light; 1 is physical")               \
     X(F32, ao, falloff, 1, 0, 1000, NULL, "1/m", "how fast occlusion fades with distance")                   \

@@ -1,33 +1,9 @@
-// Joins the sets of cones of neighbouring traced pixels: a 3x3 tent (1 2 1), which weighs the four turns of gather.comp
-// equally, kept to pixels of the same surface. Traced reflections are left as they are; rough ones are the diffuse light.
+// Smooths every traced pixel.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-#include "shaders/cone_trace/traced.glsl"
+#include "shaders/cone_trace/smooth.glsl"
 
 void main()
 {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    int n = int(gather.size.z);
-    ivec2 last = (ivec2(gather.size.xy) - 1) / n;
-    if (any(greaterThan(at, last)))
-        return;
-    float depth = gbuffer_load_depth(at * n);
-    vec4 specular = texelFetch(specular_in, at, 0);
-    if (depth >= 1.0) {
-        store(at, vec4(0.0), vec4(0.0), 0.0);
-        return;
-    }
-    place p = place_load(at * n, depth);
-    vec4 diffuse = vec4(0.0);
-    float sum = 0.0;
-    for (int i = 0; i < 9; i++) {
-        ivec2 o = ivec2(i % 3, i / 3) - 1, other = clamp(at + o, ivec2(0), last);
-        float other_depth = gbuffer_load_depth(other * n);
-        if (other_depth >= 1.0)
-            continue;
-        float w = float((2 - abs(o.x)) * (2 - abs(o.y))) * belonging(p, other * n, other_depth);
-        diffuse += w * texelFetch(diffuse_in, other, 0);
-        sum += w;
-    }
-    store(at, diffuse, specular.a > 0.5 ? specular * sum : diffuse, sum);
+    smooth_pixel(ivec2(gl_GlobalInvocationID.xy));
 }

@@ -4,6 +4,7 @@
 #include "shaders/shared/layout.h"
 
 #define KD_MAX_CONES 16
+#define KD_GATHER_ROUGH 0.7 /* from this roughness on reflections are the diffuse cones' */
 
 /* Parameters of the cone tracer, uniform block KD_BIND_PASS. */
 struct kd_gather_params {
@@ -11,12 +12,13 @@ struct kd_gather_params {
     vec4 cone;       /* x: tan(aperture/2), y: step in diameters, z: largest distance m, w: start in voxels */
     vec4 light;      /* x: intensity, y: AO falloff 1/m, z: AO intensity, w: radiance of the sky */
     uvec4 flags;     /* x: 1 traces glossy cones */
+    vec4 refine;     /* x: relative difference of neighbours from which pixels between them are traced */
     vec4 cone_turn;  /* x: angle between the cones of neighbouring pixels, y: difference of their height over the surface */
-    /* ---- 80 */
+    /* ---- 96 */
     vec4 cones[KD_MAX_CONES]; /* xyz: direction round +Z, w: weight; weights add up to 1 */
-    /* ---- 336 */
+    /* ---- 352 */
 };
-KD_LAYOUT_CHECK(kd_gather_params, 336)
+KD_LAYOUT_CHECK(kd_gather_params, 352)
 
 #include "shaders/shared/layout_end.h"
 

@@ -15,11 +15,17 @@
 #include "shaders/shared/scene.h"
 #include "systems/cone_trace/cones.h"
 
-typedef struct gather_state {
-    kd_tree_program gather;
-    kd_gpu_program smooth, upsample;
-    kd_gpu_texture diffuse[2], specular[2]; /* traced pixels, and smoothed ones */
+/* Light of every n-th pixel of both axes: as traced, and smoothed. */
+typedef struct gather_grid {
+    kd_gpu_texture diffuse[2], specular[2];
     uint32_t width, height;
+} gather_grid;
+
+typedef struct gather_state {
+    kd_tree_program gather, gather_list;
+    kd_gpu_program refine, smooth, smooth_list, upsample;
+    gather_grid grid, coarse; /* coarse: at twice the spacing */
+    kd_gpu_buffer list;       /* shaders/cone_trace/list.glsl */
 } gather_state;
 
 static kd_gpu_texture make_target(kd_gpu *gpu, uint32_t width, uint32_t height, const char *name)
@@ -35,24 +41,34 @@ static void remake(kd_gpu *gpu, kd_gpu_texture *texture, uint32_t width, uint32_
     *texture = make_target(gpu, width, height, name);
 }
 
-static void fit_targets(kd_gpu *gpu, gather_state *state, kd_gi_targets *gi, uint32_t width, uint32_t height,
-                        uint32_t n)
+static void fit_grid(kd_gpu *gpu, gather_grid *grid, uint32_t width, uint32_t height)
 {
-    uint32_t w = (width + n - 1) / n, h = (height + n - 1) / n;
-    if (gi->width != width || gi->height != height) {
-        remake(gpu, &gi->diffuse, width, height, "gi.diffuse");
-        remake(gpu, &gi->specular, width, height, "gi.specular");
-        gi->width = width;
-        gi->height = height;
+    if (grid->width == width && grid->height == height)
+        return;
+    for (int i = 0; i < 2; i++) {
+        remake(gpu, &grid->diffuse[i], width, height, "gi.diffuse.traced");
+        remake(gpu, &grid->specular[i], width, height, "gi.specular.traced");
     }
-    if (state->width != w || state->height != h) {
-        for (int i = 0; i < 2; i++) {
-            remake(gpu, &state->diffuse[i], w, h, "gi.diffuse.traced");
-            remake(gpu, &state->specular[i], w, h, "gi.specular.traced");
-        }
-        state->width = w;
-        state->height = h;
+    grid->width = width;
+    grid->height = height;
+}
+
+static void drop_grid(kd_gpu *gpu, gather_grid *grid)
+{
+    for (int i = 0; i < 2; i++) {
+        kd_gpu_destroy_texture(gpu, grid->diffuse[i]);
+        kd_gpu_destroy_texture(gpu, grid->specular[i]);
     }
+}
+
+static void fit_targets(kd_gpu *gpu, kd_gi_targets *gi, uint32_t width, uint32_t height)
+{
+    if (gi->width == width && gi->height == height)
+        return;
+    remake(gpu, &gi->diffuse, width, height, "gi.diffuse");
+    remake(gpu, &gi->specular, width, height, "gi.specular");
+    gi->width = width;
+    gi->height = height;
 }
 
 /* A ring at 60 degrees becomes four at 53 to 68: a small bright thing then leaves no ring on the wall beside
@@ -69,6 +85,7 @@ static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tr
                  s->cones_max_distance > 0 ? s->cones_max_distance : reach, s->cones_start},
         .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, s->light_ambient},
         .flags = {s->specular_cones ? 1u : 0u, 0, 0, 0},
+        .refine = {s->cones_refine, 0, 0, 0},
     };
     kd_vec4 cones[KD_MAX_CONES];
     p.cone_turn.x = 0.25f * cones_make(cones, p.size.w);
@@ -88,23 +105,81 @@ static void bind_gbuffer(kd_gpu *gpu, const kd_gbuffer *g, const kd_lighting *li
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
 }
 
-static void trace(kd_gpu *gpu, const gather_state *state, const kd_tree *tree)
+static void bind_outputs(kd_gpu *gpu, uint32_t unit, kd_gpu_texture diffuse, kd_gpu_texture specular)
 {
-    kd_tree_bind(gpu, tree);
-    kd_gpu_bind_image(gpu, 0, state->diffuse[0], 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_bind_image(gpu, 1, state->specular[0], 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_dispatch(gpu, state->gather.program, (state->width + 7) / 8, (state->height + 7) / 8, 1);
+    kd_gpu_bind_image(gpu, unit, diffuse, 0, KD_IMAGE_WRITE, KD_RGBA16F);
+    kd_gpu_bind_image(gpu, unit + 1, specular, 0, KD_IMAGE_WRITE, KD_RGBA16F);
+}
+
+static void bind_inputs(kd_gpu *gpu, kd_gpu_texture diffuse, kd_gpu_texture specular)
+{
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, diffuse);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR, specular);
+}
+
+static void dispatch_pixels(kd_gpu *gpu, kd_gpu_program program, uint32_t width, uint32_t height)
+{
+    kd_gpu_dispatch(gpu, program, (width + 7) / 8, (height + 7) / 8, 1);
+}
+
+/* Trace and smooth all pixels of a grid of spacing n. */
+static void trace_grid(kd_gpu *gpu, const gather_state *state, const gather_grid *grid,
+                       struct kd_gather_params *params, uint32_t n)
+{
+    params->size.z = n;
+    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, params, sizeof *params);
+    bind_outputs(gpu, 0, grid->diffuse[0], grid->specular[0]);
+    dispatch_pixels(gpu, state->gather.program, grid->width, grid->height);
+    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
+    bind_inputs(gpu, grid->diffuse[0], grid->specular[0]);
+    bind_outputs(gpu, 0, grid->diffuse[1], grid->specular[1]);
+    dispatch_pixels(gpu, state->smooth, grid->width, grid->height);
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
 }
 
-static void refine(kd_gpu *gpu, kd_gpu_program program, kd_gpu_texture diffuse_in, kd_gpu_texture specular_in,
-                   kd_gpu_texture diffuse_out, kd_gpu_texture specular_out, uint32_t width, uint32_t height)
+static const size_t LIST_HEAD = 4 * sizeof(uint32_t);
+static const uint32_t MOST_GROUPS = 65535; /* of a dispatch, everywhere */
+
+/* Trace the coarse grid, take from it what is good enough for the grid, and trace and smooth the rest. */
+static void trace_where_needed(kd_gpu *gpu, const gather_state *state, struct kd_gather_params *params,
+                               uint32_t n)
 {
-    kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, diffuse_in);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR, specular_in);
-    kd_gpu_bind_image(gpu, 0, diffuse_out, 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_bind_image(gpu, 1, specular_out, 0, KD_IMAGE_WRITE, KD_RGBA16F);
-    kd_gpu_dispatch(gpu, program, (width + 7) / 8, (height + 7) / 8, 1);
+    const gather_grid *grid = &state->grid, *coarse = &state->coarse;
+    kd_gpu_write_buffer(gpu, state->list, 0, (uint32_t[4]){0, 1, 1, 0}, LIST_HEAD);
+    trace_grid(gpu, state, coarse, params, 2 * n);
+    params->size.z = n;
+    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, params, sizeof *params);
+    kd_gpu_bind_storage(gpu, 0, state->list);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    bind_inputs(gpu, coarse->diffuse[1], coarse->specular[1]);
+    bind_outputs(gpu, 0, grid->diffuse[0], grid->specular[0]);
+    bind_outputs(gpu, 2, grid->diffuse[1], grid->specular[1]);
+    dispatch_pixels(gpu, state->refine, grid->width, grid->height);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
+    bind_outputs(gpu, 0, grid->diffuse[0], grid->specular[0]);
+    kd_gpu_dispatch_indirect(gpu, state->gather_list.program, state->list, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
+    bind_inputs(gpu, grid->diffuse[0], grid->specular[0]);
+    bind_outputs(gpu, 0, grid->diffuse[1], grid->specular[1]);
+    kd_gpu_dispatch_indirect(gpu, state->smooth_list, state->list, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
+}
+
+/* Make room for the coarse grid and the list. Returns false when everything is to be traced. */
+static bool fit_refinement(kd_gpu *gpu, gather_state *state, const kd_settings *s, const gather_grid *grid)
+{
+    uint32_t pixels = grid->width * grid->height;
+    if (s->cones_refine <= 0 || pixels / 64 >= MOST_GROUPS)
+        return false;
+    fit_grid(gpu, &state->coarse, (grid->width + 1) / 2, (grid->height + 1) / 2);
+    return kd_gpu_ensure_buffer(gpu, &state->list, LIST_HEAD + pixels * sizeof(uint32_t), 0, "gi.refine") == KD_OK;
+}
+
+static bool fit_programs(kd_gpu *gpu, gather_state *state, const kd_tree *tree)
+{
+    return tree->radiance.id &&
+           kd_tree_fit_program(gpu, tree, "shaders/cone_trace/gather.comp", &state->gather) &&
+           kd_tree_fit_program(gpu, tree, "shaders/cone_trace/gather_list.comp", &state->gather_list);
 }
 
 static void run(kd_system_context *context)
@@ -116,23 +191,20 @@ static void run(kd_system_context *context)
     const kd_tree *tree = kd_singleton(w, kd_tree);
     kd_gi_targets *gi = kd_singleton(w, kd_gi_targets);
     uint32_t n = (uint32_t)frame->settings.cones_resolution;
-    if (!tree->radiance.id ||
-        !kd_tree_fit_program(gpu, tree, "shaders/cone_trace/gather.comp", &state->gather))
+    if (!fit_programs(gpu, state, tree))
         return;
-    fit_targets(gpu, state, gi, frame->width, frame->height, n);
+    fit_targets(gpu, gi, frame->width, frame->height);
+    fit_grid(gpu, &state->grid, (frame->width + n - 1) / n, (frame->height + n - 1) / n);
     struct kd_gather_params params = params_of(&frame->settings, tree, frame->width, frame->height);
     bind_gbuffer(gpu, kd_singleton(w, kd_gbuffer), kd_singleton(w, kd_lighting));
-    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
-    trace(gpu, state, tree);
-    kd_gpu_texture smooth_diffuse = n == 1 ? gi->diffuse : state->diffuse[1];
-    kd_gpu_texture smooth_specular = n == 1 ? gi->specular : state->specular[1];
-    refine(gpu, state->smooth, state->diffuse[0], state->specular[0], smooth_diffuse, smooth_specular,
-           state->width, state->height);
-    if (n == 1)
-        return;
-    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
-    refine(gpu, state->upsample, smooth_diffuse, smooth_specular, gi->diffuse, gi->specular, frame->width,
-           frame->height);
+    kd_tree_bind(gpu, tree);
+    if (fit_refinement(gpu, state, &frame->settings, &state->grid))
+        trace_where_needed(gpu, state, &params, n);
+    else
+        trace_grid(gpu, state, &state->grid, &params, n);
+    bind_inputs(gpu, state->grid.diffuse[1], state->grid.specular[1]);
+    bind_outputs(gpu, 0, gi->diffuse, gi->specular);
+    dispatch_pixels(gpu, state->upsample, frame->width, frame->height);
 }
 
 static bool gi_is_cones(kd_system_context *context)
@@ -143,26 +215,38 @@ static bool gi_is_cones(kd_system_context *context)
 static kd_status init(kd_system_context *context)
 {
     gather_state *state = context->user;
-    state->upsample = kd_gpu_make_program(
-        context->gpu, &(kd_gpu_program_desc){.compute = "shaders/cone_trace/upsample.comp"});
-    state->smooth = kd_gpu_make_program(context->gpu,
-                                        &(kd_gpu_program_desc){.compute = "shaders/cone_trace/smooth.comp"});
-    return state->upsample.id && state->smooth.id ? KD_OK : KD_GPU;
+    const struct {
+        const char *path;
+        kd_gpu_program *program;
+    } programs[] = {{"shaders/cone_trace/refine.comp", &state->refine},
+                    {"shaders/cone_trace/smooth.comp", &state->smooth},
+                    {"shaders/cone_trace/smooth_list.comp", &state->smooth_list},
+                    {"shaders/cone_trace/upsample.comp", &state->upsample}};
+    for (size_t i = 0; i < sizeof programs / sizeof programs[0]; i++) {
+        *programs[i].program =
+            kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = programs[i].path});
+        if (!programs[i].program->id)
+            return KD_GPU;
+    }
+    return KD_OK;
 }
 
 static void fini(kd_system_context *context)
 {
     gather_state *state = context->user;
+    kd_gpu *gpu = context->gpu;
     kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
-    kd_gpu_destroy_program(context->gpu, state->gather.program);
-    kd_gpu_destroy_program(context->gpu, state->upsample);
-    kd_gpu_destroy_program(context->gpu, state->smooth);
-    for (int i = 0; i < 2; i++) {
-        kd_gpu_destroy_texture(context->gpu, state->diffuse[i]);
-        kd_gpu_destroy_texture(context->gpu, state->specular[i]);
-    }
-    kd_gpu_destroy_texture(context->gpu, gi->diffuse);
-    kd_gpu_destroy_texture(context->gpu, gi->specular);
+    kd_gpu_destroy_program(gpu, state->gather.program);
+    kd_gpu_destroy_program(gpu, state->gather_list.program);
+    kd_gpu_destroy_program(gpu, state->refine);
+    kd_gpu_destroy_program(gpu, state->smooth);
+    kd_gpu_destroy_program(gpu, state->smooth_list);
+    kd_gpu_destroy_program(gpu, state->upsample);
+    drop_grid(gpu, &state->grid);
+    drop_grid(gpu, &state->coarse);
+    kd_gpu_destroy_buffer(gpu, state->list);
+    kd_gpu_destroy_texture(gpu, gi->diffuse);
+    kd_gpu_destroy_texture(gpu, gi->specular);
     *gi = (kd_gi_targets){0};
     free(state);
 }

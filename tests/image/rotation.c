@@ -31,7 +31,9 @@ static const char scene[] =
 static image render(double turn_deg) {
     char name[32];
     snprintf(name, sizeof name, "turn%g.png", turn_deg);
-    image_render(image_scenario("turned.lua", scene, turn_deg), "--frames", "1", "--out", image_path(name));
+    /* where few pixels are traced, which ones hangs on small differences */
+    image_render(image_scenario("turned.lua", scene, turn_deg), "--frames", "1", "--set", "cones.refine=0",
+                 "--out", image_path(name));
     return image_read(name);
 }
 

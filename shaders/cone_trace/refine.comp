@@ -1,0 +1,65 @@
+// Fills the traced grid from one of half its resolution where that is good enough, and lists the pixels where it is not:
+// at edges, where light changes quickly, and on glossy surfaces, whose reflections are traced.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#define KD_LIST_ACCESS
+#include "shaders/cone_trace/traced.glsl"
+#include "shaders/cone_trace/list.glsl"
+#include "shaders/include/color.glsl"
+
+layout(binding = 2, rgba16f) writeonly uniform image2D diffuse_smooth_out;
+layout(binding = 3, rgba16f) writeonly uniform image2D specular_smooth_out;
+
+// Least share of the interpolation's weight that must lie on the pixel's own surface.
+const float LEAST_SHARE = 0.6;
+
+void list_pixel(ivec2 at)
+{
+    uint i = atomicAdd(refine_count, 1u);
+    if (i % 64u == 0u)
+        atomicAdd(refine_args[0], 1u);
+    refine_pixels[i] = uint(at.x) | uint(at.y) << 16;
+}
+
+void main()
+{
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    int n = int(gather.size.z);
+    ivec2 pixel = at * n;
+    if (any(greaterThanEqual(pixel, ivec2(gather.size.xy))))
+        return;
+    float depth = gbuffer_load_depth(pixel);
+    vec4 diffuse = vec4(0.0, 0.0, 0.0, 1.0);
+    if (depth < 1.0) {
+        bool glossy = gather.flags.x != 0u && texelFetch(gbuffer_material, pixel, 0).g < KD_GATHER_ROUGH;
+        place p = place_load(pixel, depth);
+        ivec2 low = at / 2, last = (ivec2(gather.size.xy) - 1) / (2 * n);
+        vec2 f = 0.5 * vec2(at & 1);
+        vec4 sum = vec4(0.0);
+        float weight = 0.0, all_weight = 0.0, darkest = 1e30, brightest = 0.0;
+        for (int i = 0; i < 4; i++) {
+            ivec2 o = ivec2(i & 1, i >> 1), other = min(low + o, last);
+            vec2 b = mix(1.0 - f, f, vec2(o)) + 0.02;
+            all_weight += b.x * b.y;
+            float other_depth = gbuffer_load_depth(other * 2 * n);
+            if (other_depth >= 1.0)
+                continue;
+            float belongs = belonging(p, other * 2 * n, other_depth);
+            vec4 v = texelFetch(diffuse_in, other, 0);
+            sum += b.x * b.y * belongs * v;
+            weight += b.x * b.y * belongs;
+            float light = color_luminance(v.rgb);
+            darkest = min(darkest, mix(1e30, light, float(belongs > 0.1)));
+            brightest = max(brightest, mix(0.0, light, float(belongs > 0.1)));
+        }
+        if (glossy || weight < LEAST_SHARE * all_weight || brightest - darkest > gather.refine.x * brightest) {
+            list_pixel(at);
+            return;
+        }
+        diffuse = sum / weight;
+    }
+    imageStore(diffuse_out, at, diffuse);
+    imageStore(specular_out, at, vec4(diffuse.rgb, 0.0));
+    imageStore(diffuse_smooth_out, at, diffuse);
+    imageStore(specular_smooth_out, at, vec4(diffuse.rgb, 0.0));
+}

@@ -1,0 +1,91 @@
+// What one traced pixel does: diffuse cones round the normal give irradiance and ambient visibility, one glossy cone along
+// the mirror direction gives the reflection. cone_trace.c makes the set of cones.
+// Source: Crassin 2011; Yalciner 2016, section 4.6.
+
+#include "shaders/shared/gather.h"
+#include "shaders/include/cone.glsl"
+#include "shaders/include/gbuffer.glsl"
+
+layout(std140, binding = KD_BIND_PASS) uniform gather_block { kd_gather_params gather; };
+layout(binding = 0, rgba16f) writeonly uniform image2D diffuse_out;
+layout(binding = 1, rgba16f) writeonly uniform image2D specular_out;
+
+// A frame round n, without a seam where n.z changes sign (Duff et al. 2017, listing 3).
+mat3 frame_round(vec3 n)
+{
+    float s = n.z >= 0.0 ? 1.0 : -1.0;
+    float a = -1.0 / (s + n.z), b = n.x * n.y * a;
+    return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
+}
+
+cone_settings settings()
+{
+    return cone_settings(gather.cone.y, gather.cone.z, gather.light.y);
+}
+
+// Neighbours turn their cones against each other, by quarters of the angle between two cones of a ring, and tilt them a
+// little; smooth.comp, whose weights add up equally over any two by two pixels, makes one set of four times as many
+// directions of them.
+vec3 turned(vec3 cone, float variant)
+{
+    float angle = gather.cone_turn.x * variant, c = cos(angle), s = sin(angle);
+    return normalize(vec3(c * cone.x - s * cone.y, s * cone.x + c * cone.y, cone.z + gather.cone_turn.y * (variant - 1.5)));
+}
+
+vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
+{
+    mat3 frame = frame_round(normal);
+    float variant = float((at.x & 1) + 2 * (at.y & 1));
+    vec3 irradiance = vec3(0.0);
+    float visible = 0.0;
+    for (uint i = 0u; i < gather.size.w; i++) {
+        vec3 direction = frame * turned(gather.cones[i].xyz, variant);
+        cone_result r = cone_trace(origin, direction, gather.cone.x, 0.25 * span, settings());
+        irradiance += gather.cones[i].w * (r.radiance * tree.light.z + r.transmittance * gather.light.w);
+        visible += gather.cones[i].w * (1.0 - r.occlusion);
+    }
+    return vec4(irradiance * gather.light.x, clamp(1.0 - gather.light.z * (1.0 - visible), 0.0, 1.0));
+}
+
+// The cone that holds most of a GGX lobe: its half angle grows with roughness squared (half of the lobe's energy lies within
+// atan(alpha) of the mirror direction).
+vec3 trace_specular(vec3 origin, surface s, vec3 view, float span)
+{
+    float alpha = s.roughness * s.roughness;
+    vec3 direction = reflect(view, s.normal_ws);
+    float below = dot(direction, s.face_normal_ws);
+    if (below < 0.05)
+        direction = normalize(direction + (0.05 - below) * s.face_normal_ws);
+    // A narrow cone has far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through.
+    cone_settings far = settings();
+    far.step *= 1.6;
+    cone_result r = cone_trace(origin, direction, clamp(alpha, 0.03, 1.0), span, far);
+    return (r.radiance * tree.light.z + r.transmittance * gather.light.w) * gather.light.x;
+}
+
+// Traces pixel at * n of the picture into texel `at`.
+void trace_pixel(ivec2 at, int n)
+{
+    surface s = gbuffer_load(at * n);
+    if (!s.hit) {
+        imageStore(diffuse_out, at, vec4(0.0, 0.0, 0.0, 1.0));
+        imageStore(specular_out, at, vec4(0.0));
+        return;
+    }
+    int k = min(tree_cascade_at(s.position_ws, 0.5), tree_cascades() - 1);
+    float span = tree.cascade[k].w;
+    vec3 view = view_direction(s.position_ws);
+    vec3 face = dot(s.face_normal_ws, view) > 0.0 ? -s.face_normal_ws : s.face_normal_ws;
+    // What lies beyond the outermost cascade is lit as its border is: no jump, and no more sky than there.
+    int outer = tree_cascades() - 1;
+    vec3 reach = vec3(tree.cascade[outer].w * float(tree_resolution()) * 0.5 * (1.0 - 4.0 / float(KD_DENSE)));
+    vec3 origin = clamp(s.position_ws + face * (gather.cone.w * span), tree.centre.xyz - reach, tree.centre.xyz + reach);
+    vec4 diffuse = trace_diffuse(origin, s.normal_ws, span, at);
+    imageStore(diffuse_out, at, diffuse);
+    // A rough surface's lobe is about as wide as the hemisphere: the diffuse cones have seen it already.
+    vec3 specular = diffuse.rgb;
+    bool rough = gather.flags.x == 0u || s.roughness >= KD_GATHER_ROUGH; // smooth.comp takes the smoothed diffuse light then
+    if (!rough)
+        specular = trace_specular(origin, s, view, span);
+    imageStore(specular_out, at, vec4(specular, rough ? 0.0 : 1.0));
+}
