@@ -253,8 +253,7 @@ static kd_status apply(kd_world *w, kd_commands *c, const command *at)
         return ecs_set_id(w, at->e, id, value);
     }
     case COMMAND_REMOVE:
-        kd_remove_id(w, at->e, at->count);
-        return KD_OK;
+        return kd_remove_id(w, at->e, at->count);
     case COMMAND_ENABLE:
         memcpy(&word, bytes, sizeof word);
         return kd_enable_id(w, at->e, at->count, word != 0);
@@ -412,7 +411,6 @@ kd_status kd_world_merge(kd_world *w)
         total += w->commands[i].head_count;
         spawns += w->commands[i].spawn_count;
         failed |= w->commands[i].failed;
-        w->commands[i].failed = false;
     }
     if (total > UINT32_MAX)
         return KD_TOO_LARGE;
@@ -434,6 +432,7 @@ kd_status kd_world_merge(kd_world *w)
     for (uint32_t i = 0; i < KD_MAX_WORKERS; i++) {
         w->commands[i].head_count = w->commands[i].byte_count = 0;
         w->commands[i].key = 0;
+        w->commands[i].failed = false;
     }
     w->event_hold--;
     ecs_events_settle(w);

@@ -18,6 +18,7 @@
  *   instance.c     copies of subtrees
  *   snapshot_*.c diff.c  a world as bytes and as JSON; what makes two worlds different
  *   statistics.c   where the memory is
+ *   validate.c     the invariants below, checked
  *   names.c singleton.c checksum.c reflect.c world.c
  *
  * Invariants
@@ -269,6 +270,7 @@ struct kd_world {
 
     _Atomic size_t bytes;
     size_t limit_bytes;
+    atomic_bool refused; /* memory ran out, that was said, and none was given back since */
     ecs_path paths[ECS_PATHS]; /* by a hash of the descriptions */
     ecs_observer *observers; /* in order of registration */
     uint32_t observer_count, observer_capacity;
@@ -438,6 +440,7 @@ void ecs_name_drop(kd_world *w, uint32_t index);
 void ecs_names_fini(kd_world *w);
 
 /* query.c */
+bool ecs_query_matches(const kd_query *q, const ecs_table *t);
 bool ecs_queries_add_table(kd_world *w, ecs_table *t); /* false when out, nothing added */
 /** Narrow a fresh iterator to the rows [begin, end) of one matched table; ecs_iter_next_limited shows them. */
 void ecs_iter_limit(kd_iter *it, uint32_t match, uint32_t begin, uint32_t end);

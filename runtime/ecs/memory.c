@@ -101,18 +101,34 @@ static size_t mapping_of(size_t total)
     return total >= MAP_BYTES ? (total + HUGE_BYTES - 1) & ~(HUGE_BYTES - 1) : 0;
 }
 
+/* Say it once, until the world gives memory back: a thousand spawns that fail are one piece of news. */
+static void *refuse(kd_world *w, size_t bytes, bool by_limit)
+{
+    if (atomic_exchange_explicit(&w->refused, true, memory_order_relaxed))
+        return NULL;
+    if (by_limit)
+        kd_fail(KD_NO_MEMORY, "world: %zu more bytes would pass its limit, it holds %zu; raise the limit or destroy "
+                              "entities",
+                bytes, kd_world_bytes(w));
+    else
+        kd_fail(KD_NO_MEMORY, "world: no memory for %zu more bytes, it holds %zu; destroy entities or give the "
+                              "program more memory",
+                bytes, kd_world_bytes(w));
+    return NULL;
+}
+
 void *ecs_grow(kd_world *w, void *block, size_t keep_bytes, size_t bytes)
 {
     if (bytes > SIZE_MAX / 4)
-        return NULL;
+        return refuse(w, bytes, false);
     size_t total = ((bytes + LINE - 1) & ~(size_t)(LINE - 1)) + LINE;
     size_t mapped = mapping_of(total), before = block ? head_of(block)->bytes : 0;
     if (!account(w, total, before))
-        return NULL;
+        return refuse(w, total - before, true);
     uint8_t *base = resize(block, keep_bytes, total, mapped);
     if (!base) {
         account(w, before, total);
-        return NULL;
+        return refuse(w, total - before, false);
     }
     *(block_head *)(void *)base = (block_head){total, mapped};
     return base + LINE;
@@ -123,6 +139,8 @@ void ecs_free(kd_world *w, void *block)
     if (!block)
         return;
     account(w, 0, head_of(block)->bytes);
+    if (atomic_load_explicit(&w->refused, memory_order_relaxed))
+        atomic_store_explicit(&w->refused, false, memory_order_relaxed);
     release((uint8_t *)head_of(block), head_of(block)->mapped);
 }
 

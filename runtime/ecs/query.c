@@ -21,7 +21,7 @@ static bool writable(uint8_t kind)
     return kind == KD_TERM_WRITE || kind == KD_TERM_OPTIONAL_WRITE;
 }
 
-static bool table_matches(const kd_query *q, const ecs_table *t)
+bool ecs_query_matches(const kd_query *q, const ecs_table *t)
 {
     bool any = !q->has_any;
     for (uint32_t i = 0; i < q->term_count; i++) {
@@ -77,7 +77,7 @@ bool ecs_queries_add_table(kd_world *w, ecs_table *t)
         if (!reserve_match(w, q))
             return false;
     for (kd_query *q = w->queries; q; q = q->next)
-        if (table_matches(q, t))
+        if (ecs_query_matches(q, t))
             insert_match(q, t);
     return true;
 }
@@ -128,7 +128,7 @@ static kd_query *query_add(kd_world *w, const kd_query *like, const char *name)
     bool done = !length || q->name;
     for (uint32_t i = 0; i < w->head.table_count && done; i++) {
         done = reserve_match(w, q);
-        if (done && table_matches(q, w->head.tables[i]))
+        if (done && ecs_query_matches(q, w->head.tables[i]))
             insert_match(q, w->head.tables[i]);
     }
     if (!done) {

@@ -21,8 +21,10 @@ const char *kd_phase_name(kd_phase phase)
 kd_schedule *kd_schedule_make(kd_world *w, kd_jobs *jobs, struct kd_gpu *gpu)
 {
     kd_schedule *s = calloc(1, sizeof *s);
-    if (!s)
+    if (!s) {
+        kd_fail(KD_NO_MEMORY, "schedule: no memory to make one");
         return NULL;
+    }
     s->world = w;
     s->gpu = gpu;
     s->own_jobs = jobs ? NULL : kd_jobs_make(1);
@@ -31,6 +33,7 @@ kd_schedule *kd_schedule_make(kd_world *w, kd_jobs *jobs, struct kd_gpu *gpu)
     s->resources = calloc((size_t)SCHEDULE_MAX_SYSTEMS * KD_MAX_RESOURCE_USES, sizeof *s->resources);
     if (s->jobs && s->systems && s->resources)
         return s;
+    kd_fail(KD_NO_MEMORY, "schedule: no memory to make one");
     kd_schedule_destroy(s);
     return NULL;
 }
@@ -50,6 +53,10 @@ kd_status kd_schedule_add(kd_schedule *s, const kd_system_desc *desc)
     if (s->system_count == SCHEDULE_MAX_SYSTEMS)
         return kd_fail(KD_OUT_OF_RANGE, "system %s: there are %d systems already, the most there can be",
                        desc->name, SCHEDULE_MAX_SYSTEMS);
+    /* So that no component gets its id while systems run side by side. */
+    for (uint32_t i = 0; i < KD_MAX_COMPONENT_USES && desc->components[i].desc; i++)
+        if (!kd_component_ensure(s->world, desc->components[i].desc))
+            return KD_NO_MEMORY;
     char *name = strdup(desc->name);
     if (!name)
         return kd_fail(KD_NO_MEMORY, "system %s: out of memory", desc->name);
@@ -58,9 +65,6 @@ kd_status kd_schedule_add(kd_schedule *s, const kd_system_desc *desc)
     system->desc.name = name;
     for (uint32_t i = 0; i < KD_MAX_RESOURCE_USES && desc->resources[i].resource; i++)
         system->resources[i] = ensure_resource(s, desc->resources[i].resource);
-    /* So that no component gets its id while systems run side by side. */
-    for (uint32_t i = 0; i < KD_MAX_COMPONENT_USES && desc->components[i].desc; i++)
-        kd_component_ensure(s->world, desc->components[i].desc);
     return KD_OK;
 }
 

@@ -1,6 +1,7 @@
 /* Derivation of the frame's graph and of the memory barriers from what the systems declare. */
 #include <stdlib.h>
 
+#include "runtime/core/log.h"
 #include "runtime/ecs/schedule_internal.h"
 
 /* ---- conflicts ---- */
@@ -93,7 +94,9 @@ kd_status schedule_build(kd_schedule *s)
     s->nodes = calloc(SCHEDULE_MAX_NODES, sizeof *s->nodes);
     if (!reach || !s->nodes) {
         free(reach);
-        return KD_NO_MEMORY;
+        free(s->nodes);
+        s->nodes = NULL;
+        return kd_fail(KD_NO_MEMORY, "schedule: no memory for the frame's graph");
     }
     for (int phase = 0; phase < KD_PHASE_COUNT; phase++)
         add_phase(s, (kd_phase)phase);

@@ -60,6 +60,7 @@ static void write_word(kd_json *j, const kd_field *f, uint32_t value)
 static void write_text(kd_json *j, const uint8_t *at, uint32_t size)
 {
     char *text = malloc((size_t)size + 1);
+    j->failed |= !text;
     if (text) {
         memcpy(text, at, size);
         text[size] = 0;

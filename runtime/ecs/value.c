@@ -98,12 +98,12 @@ kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value)
     return status;
 }
 
-void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
+kd_status kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
 {
     ecs_table *t;
     uint32_t row;
     if (!ecs_locate(w, e, &t, &row))
-        return;
+        return KD_NOT_FOUND;
     if (w->components[id].sparse) {
         kd_entity known = ecs_entities(t)[row];
         const void *value = ecs_side_find(w, id, known.index);
@@ -111,17 +111,15 @@ void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
             ecs_event(w, KD_ON_REMOVE, known, id, w->components[id].size ? value : NULL);
         ecs_side_remove(w, id, known.index);
         ecs_events_settle(w);
-        return;
+        return KD_OK;
     }
     if (!ecs_column_of(t, id))
-        return;
+        return KD_OK;
     ecs_structure_changed(w, "kd_remove");
     ecs_archetype *a = ecs_archetype_toggle(w, t->archetype, id);
     ecs_table *to = a ? ecs_table_ensure(w, a, t->depth) : NULL;
-    if (!to || !ecs_table_reserve(w, to, to->count + 1)) {
-        kd_fail(KD_NO_MEMORY, "component %s: cannot be removed, memory is out", w->components[id].desc->name);
-        return;
-    }
+    if (!to || !ecs_table_reserve(w, to, to->count + 1))
+        return KD_NO_MEMORY;
     ecs_event(w, KD_ON_REMOVE, ecs_entities(t)[row], id,
               ecs_column_of(t, id) == ECS_TAG_COLUMN ? NULL : ecs_value_at(w, t, ecs_column_of(t, id), row));
     ecs_side_disable(w, id, ecs_entities(t)[row].index, false);
@@ -129,6 +127,7 @@ void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
     move_row(w, t, row, to);
     ecs_table_remove(w, t, row);
     ecs_events_settle(w);
+    return KD_OK;
 }
 
 /* ---- enable bits ---- */

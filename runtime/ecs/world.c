@@ -7,8 +7,10 @@
 kd_world *kd_world_make(void)
 {
     kd_world *w = aligned_alloc(64, (sizeof *w + 63) & ~(size_t)63);
-    if (!w)
+    if (!w) {
+        kd_fail(KD_NO_MEMORY, "world: no memory to make one (%zu bytes)", sizeof *w);
         return NULL;
+    }
     memset(w, 0, sizeof *w);
     w->name_group_free = ECS_NONE;
     w->version = 1;
@@ -51,5 +53,6 @@ size_t kd_world_bytes(const kd_world *w)
 
 void kd_world_limit_bytes(kd_world *w, size_t bytes)
 {
+    atomic_store_explicit(&w->refused, false, memory_order_relaxed);
     w->limit_bytes = bytes > sizeof *w ? bytes - sizeof *w : bytes ? 1 : 0;
 }

@@ -86,7 +86,9 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id);
  * change a part of a component that owns something use kd_find_mut. Errors KD_NOT_FOUND for a dead entity,
  * KD_NO_MEMORY. */
 kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value);
-void kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
+/** Take a component off; one that it lacks is as good as taken. Moves the row to another table, so it can fail:
+ * NO_MEMORY, nothing is changed. Errors also NOT_FOUND for a dead entity. */
+kd_status kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
 #define kd_find(w, e, type)     ((const type *)kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)))
 #define kd_find_mut(w, e, type) ((type *)kd_find_mut_id((w), (e), KD_ID((w), type)))
 #define kd_set(w, e, type, ...) kd_set_value((w), (e), KD_VAL(type, __VA_ARGS__))
@@ -147,8 +149,10 @@ void kd_commands_enable(kd_commands *c, kd_entity e, const kd_component_desc *de
 void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent);
 void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name);
 bool kd_world_has_commands(const kd_world *w);
-/** Apply everything recorded. Called between phases by the scheduler. Threading: the caller owns the world.
- */
+/** Apply everything recorded. Called between phases by the scheduler.
+ *  Errors     NO_MEMORY when a command could not be recorded or applied (all others are), or when there was no room
+ *             to begin: then nothing is applied and everything waits still (kd_world_has_commands)
+ *  Threading  the caller owns the world */
 kd_status kd_world_merge(kd_world *w);
 
 /* ---- statistics ---- */

@@ -1,5 +1,6 @@
-/* Every public function of the ECS and of the jobs stands in an example of a chapter, and those are compiled and
- * run. A function is what a public header writes as kd_NAME( outside comments; names that end in _fn are types. */
+/* Every public function of the ECS and of the jobs stands in an example of a chapter, and those are compiled
+ * and run. A function is what a public header writes as kd_NAME( outside comments; names that end in _fn are
+ * types. */
 
 #include <ctype.h>
 #include <glob.h>
@@ -123,7 +124,8 @@ static void every_public_function_stands_in_an_example(void **state)
 
 static void a_function_without_example_is_noticed(void **state)
 {
-    char chapter[] = "Call kd_prose(w) where\n\n```c\nkd_shown(w); /* kd_other_shown */\n```\nand kd_more(w).\n";
+    char chapter[] =
+        "Call kd_prose(w) where\n\n```c\nkd_shown(w); /* kd_other_shown */\n```\nand kd_more(w).\n";
     (void)state;
     blank_prose(chapter);
     assert_true(calls(chapter, "kd_shown", 8));
