@@ -25,6 +25,7 @@ static const char head[] = "#include <setjmp.h>\n"
                            "#include \"runtime/ecs/snapshot.h\"\n"
                            "#include \"runtime/ecs/statistics.h\"\n"
                            "#include \"runtime/ecs/system.h\"\n"
+                           "#include \"runtime/ecs/validate.h\"\n"
                            "#include \"runtime/jobs/graph.h\"\n";
 
 static void begin_example(FILE *out, const char *chapter, int line) {
