@@ -32,6 +32,17 @@ vec3 turned(vec3 cone, float variant)
     return normalize(vec3(c * cone.x - s * cone.y, s * cone.x + c * cone.y, cone.z + gather.cone_turn.y * (variant - 1.5)));
 }
 
+// One of a cone's rays, another for each variant: over and under the axis and on both sides of it, at the distance that has
+// the second moment of the cone's disc. Which cell a wide cone samples follows from its axis, but a ceiling that its axis
+// runs along is met by half of its rays.
+vec3 ray_of(vec3 cone, float variant)
+{
+    const float SPREAD = 0.7071;
+    vec3 across = normalize(vec3(-cone.y, cone.x, 0.0) + vec3(1e-6, 0.0, 0.0)), up = cross(across, cone);
+    bool sideways = variant == 1.0 || variant == 3.0;
+    return normalize(cone + (gather.cone.x * SPREAD * (variant < 1.5 ? 1.0 : -1.0)) * (sideways ? across : up));
+}
+
 vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
 {
     mat3 frame = frame_round(normal);
@@ -39,8 +50,9 @@ vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
     vec3 irradiance = vec3(0.0);
     float visible = 0.0;
     for (uint i = 0u; i < gather.size.w; i++) {
-        vec3 direction = frame * turned(gather.cones[i].xyz, variant);
-        cone_result r = cone_trace(origin, direction, gather.cone.x, 0.25 * span, settings());
+        vec3 cone = turned(gather.cones[i].xyz, variant);
+        vec3 facing = frame * ray_of(cone, variant);
+        cone_result r = cone_trace(origin, frame * cone, facing, gather.cone.x, 0.25 * span, settings());
         irradiance += gather.cones[i].w * (r.radiance * tree.light.z + r.transmittance * gather.light.w);
         visible += gather.cones[i].w * (1.0 - r.occlusion);
     }
@@ -59,7 +71,7 @@ vec3 trace_specular(vec3 origin, surface s, vec3 view, float span)
     // A narrow cone has far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through.
     cone_settings far = settings();
     far.step *= 1.6;
-    cone_result r = cone_trace(origin, direction, clamp(alpha, 0.03, 1.0), span, far);
+    cone_result r = cone_trace(origin, direction, direction, clamp(alpha, 0.03, 1.0), span, far);
     return (r.radiance * tree.light.z + r.transmittance * gather.light.w) * gather.light.x;
 }
 

@@ -21,7 +21,10 @@ struct cone_result {
 
 // The sequence of distances depends on the aperture and the start alone, so all pixels of a surface change levels at the
 // same steps, and no interpolation between levels is needed to keep it free of bands; inside a level it is linear.
-cone_result cone_trace(vec3 origin_ws, vec3 direction, float tan_half, float start, cone_settings settings)
+//
+// `facing` is the direction of which it is asked what side of matter is met: the axis for a narrow cone, another of its rays
+// for a wide one.
+cone_result cone_trace(vec3 origin_ws, vec3 direction, vec3 facing, float tan_half, float start, cone_settings settings)
 {
     cone_result r = cone_result(vec3(0.0), 1.0, 0.0);
     float span = tree.cascade[0].w;
@@ -34,7 +37,7 @@ cone_result cone_trace(vec3 origin_ws, vec3 direction, float tan_half, float sta
             break;
         float diameter = max(2.0 * tan_half * t, span * float(1 << k));
         int lod = max(int(floor(log2(diameter / span) - CONE_SHARPNESS + 0.5)), k);
-        vec4 v = tree_sample(k, lod, p, direction);
+        vec4 v = tree_sample(k, lod, p, facing);
         float s = settings.step * diameter;
         float through = exp(-v.a * s);
         float gained = r.transmittance * (1.0 - through);
