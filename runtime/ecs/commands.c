@@ -159,15 +159,16 @@ void kd_commands_destroy(kd_commands *c, kd_entity e)
         *at = (command){COMMAND_DESTROY, 0, lasting(c->world, e)};
 }
 
-void kd_commands_set(kd_commands *c, kd_entity e, kd_value value)
+kd_status kd_commands_set(kd_commands *c, kd_entity e, kd_value value)
 {
     kd_component_id id = kd_component_ensure(c->world, value.desc);
     command *at = id ? record(c, units(sizeof *at) + value_units(c->world, id, value.value)) : NULL;
     c->failed |= !id;
     if (!at)
-        return;
+        return KD_NO_MEMORY;
     *at = (command){COMMAND_SET, 1, lasting(c->world, e)};
     write_value(c->world, at + 1, id, value.value);
+    return KD_OK;
 }
 
 void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *desc)
@@ -224,6 +225,20 @@ static const void *read_value(kd_world *w, uint8_t **at, kd_component_id *id)
     return head.size ? bytes : NULL;
 }
 
+/* Values that find no place: what they own was given to the buffer, so it is released here. */
+static void drop_values(kd_world *w, const command *at)
+{
+    uint8_t *bytes = (uint8_t *)(uintptr_t)(at + 1);
+    for (uint32_t i = 0; i < at->count; i++) {
+        command_value head;
+        memcpy(&head, bytes, sizeof head);
+        bytes += sizeof head;
+        if (head.size)
+            ecs_release_value(w, head.id, bytes);
+        bytes += (size_t)units(head.size) * 8;
+    }
+}
+
 static kd_status apply_spawn(kd_world *w, kd_commands *c, const command *at)
 {
     kd_component_id ids[ECS_MAX_COMPONENTS];
@@ -233,13 +248,25 @@ static kd_status apply_spawn(kd_world *w, kd_commands *c, const command *at)
         values[i] = read_value(w, &bytes, &ids[i]);
     kd_entity e = ecs_spawn_ids(w, ids, values, at->count);
     c->spawned[at->e.index] = e;
+    if (!e.generation)
+        drop_values(w, at);
     return e.generation ? KD_OK : KD_NO_MEMORY;
+}
+
+static kd_status apply_set(kd_world *w, const command *at)
+{
+    uint8_t *bytes = (uint8_t *)(uintptr_t)(at + 1);
+    kd_component_id id;
+    const void *value = read_value(w, &bytes, &id);
+    kd_status status = ecs_set_id(w, at->e, id, value);
+    if (status)
+        drop_values(w, at);
+    return status;
 }
 
 static kd_status apply(kd_world *w, kd_commands *c, const command *at)
 {
-    uint8_t *bytes = (uint8_t *)(uintptr_t)(at + 1);
-    kd_component_id id;
+    const void *bytes = at + 1;
     kd_entity parent;
     uint64_t word;
     switch (at->kind) {
@@ -248,10 +275,8 @@ static kd_status apply(kd_world *w, kd_commands *c, const command *at)
     case COMMAND_DESTROY:
         kd_destroy(w, at->e);
         return KD_OK;
-    case COMMAND_SET: {
-        const void *value = read_value(w, &bytes, &id);
-        return ecs_set_id(w, at->e, id, value);
-    }
+    case COMMAND_SET:
+        return apply_set(w, at);
     case COMMAND_REMOVE:
         return kd_remove_id(w, at->e, at->count);
     case COMMAND_ENABLE:
@@ -261,7 +286,7 @@ static kd_status apply(kd_world *w, kd_commands *c, const command *at)
         memcpy(&parent, bytes, sizeof parent);
         return kd_set_parent(w, at->e, parent);
     default:
-        return kd_set_name(w, at->e, (const char *)bytes);
+        return kd_set_name(w, at->e, bytes);
     }
 }
 
@@ -443,6 +468,11 @@ void ecs_commands_fini(kd_world *w)
 {
     for (uint32_t i = 0; i < KD_MAX_WORKERS; i++) {
         kd_commands *c = &w->commands[i];
+        for (uint32_t k = 0; k < c->head_count; k++) {
+            const command *at = command_at(w, &c->heads[k]);
+            if (at->kind == COMMAND_SPAWN || at->kind == COMMAND_SET)
+                drop_values(w, at);
+        }
         ecs_free(w, c->heads);
         ecs_free(w, c->bytes);
         ecs_free(w, c->spawned);

@@ -271,9 +271,14 @@ static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uin
 
 static void fill_sparse(kd_world *w, kd_component_id id, const kd_entity *e, uint32_t n, const void *values)
 {
-    for (uint32_t i = 0; i < n; i++)
-        ecs_side_add(w, id, e[i],
-                     values ? (const uint8_t *)values + (size_t)i * w->components[id].size : NULL);
+    bool twice = ecs_side_find(w, id, e[0].index); /* the component was given twice: the last value counts */
+    for (uint32_t i = 0; i < n; i++) {
+        const void *value = values ? (const uint8_t *)values + (size_t)i * w->components[id].size : NULL;
+        if (twice)
+            ecs_side_set(w, id, e[i], value);
+        else
+            ecs_side_add(w, id, e[i], value);
+    }
 }
 
 kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs,

@@ -55,7 +55,8 @@ typedef struct kd_value {
 #define KD_VAL(type, ...) ((kd_value){&type##_desc, &(const type)__VA_ARGS__})
 #define KD_TAG(type)      ((kd_value){&type##_desc, NULL})
 
-/** Make one entity with all its values in one table write. Returns KD_NO_ENTITY when memory is out. */
+/** Make one entity with all its values in one table write. Returns KD_NO_ENTITY when memory is out: the caller
+ * keeps what the values own. */
 kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count);
 #define kd_spawn(w, ...)                                                                                     \
     kd_spawn_values((w), (const kd_value[]){__VA_ARGS__},                                                    \
@@ -84,7 +85,7 @@ static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_componen
 void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id);
 /** Set a value, adding the component when missing. A value that is replaced is released first (on_remove); to
  * change a part of a component that owns something use kd_find_mut. Errors KD_NOT_FOUND for a dead entity,
- * KD_NO_MEMORY. */
+ * KD_NO_MEMORY: the caller keeps what the value owns. */
 kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value);
 /** Take a component off; one that it lacks is as good as taken. Moves the row to another table, so it can fail:
  * NO_MEMORY, nothing is changed. Errors also NOT_FOUND for a dead entity. */
@@ -133,7 +134,10 @@ kd_entity kd_next_sibling(const kd_world *w, kd_entity e);
 /* While a query is being iterated, or from jobs, structure is changed through commands only. Each worker has
  * its own buffer; a merge applies them ordered by (sort key, order of recording, worker). Jobs that may run
  * side by side set sort keys of their own: then the result is the same whichever worker ran them. Nothing
- * recorded is seen before the merge; commands on entities that are dead by then do nothing. */
+ * recorded is seen before the merge; commands on entities that are dead by then do nothing. What a recorded value
+ * owns belongs to the buffer, which releases it (on_remove) when it finds no place. A command for which there is
+ * no memory is not recorded: kd_commands_spawn and kd_commands_set say so and leave the value to the caller, and
+ * the merge reports it. */
 typedef struct kd_commands kd_commands;
 /** Get the buffer of one worker (0 … KD_MAX_WORKERS-1). */
 kd_commands *kd_world_commands(kd_world *w, uint32_t worker);
@@ -143,7 +147,7 @@ void kd_commands_key(kd_commands *c, uint64_t sort_key); /* of what is recorded 
  * the one to keep. */
 kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t count);
 void kd_commands_destroy(kd_commands *c, kd_entity e);
-void kd_commands_set(kd_commands *c, kd_entity e, kd_value value);
+kd_status kd_commands_set(kd_commands *c, kd_entity e, kd_value value);
 void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *desc);
 void kd_commands_enable(kd_commands *c, kd_entity e, const kd_component_desc *desc, bool enabled);
 void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent);

@@ -315,6 +315,27 @@ static void recording_out_of_memory_is_told_by_the_merge(void **state)
     assert_int_equal(kd_world_merge(w), KD_OK);
 }
 
+static void what_a_recorded_value_owns_is_released_once(void **state)
+{
+    kd_world *w = *state, *other = kd_world_make();
+    kd_commands *c = kd_world_commands(w, 0), *unmerged = kd_world_commands(other, 3);
+    kd_entity dead = kd_spawn(w, KD_TAG(position)), living = kd_spawn(w, KD_TAG(position));
+    owner_releases = 0;
+    kd_destroy(w, dead);
+    assert_int_equal(kd_commands_set(c, dead, KD_VAL(owner, {owned(1)})), KD_OK);
+    kd_commands_set(c, living, KD_VAL(owner, {owned(2)}));
+    kd_commands_set(c, living, KD_VAL(owner, {owned(3)})); /* takes the place of the first */
+    kd_entity e = RECORD_SPAWN(c, KD_VAL(owner, {owned(4)}));
+    assert_int_equal(kd_world_merge(w), KD_OK);
+    assert_int_equal(owner_releases, 2);
+    assert_int_equal(*kd_find(w, living, owner)->memory, 3);
+    assert_int_equal(*kd_find(w, e, owner)->memory, 4);
+    kd_commands_set(unmerged, kd_spawn(other, KD_TAG(position)), KD_VAL(owner, {owned(5)}));
+    RECORD_SPAWN(unmerged, KD_VAL(position, {1, 2, 3}), KD_VAL(owner, {owned(6)}));
+    kd_world_destroy(other); /* nobody merged these */
+    assert_int_equal(owner_releases, 4);
+}
+
 int main(void)
 {
 #define CASE(test) cmocka_unit_test_setup_teardown(test, make, drop)
@@ -328,6 +349,7 @@ int main(void)
         CASE(commands_may_be_recorded_while_iterating),
         CASE(neighbouring_rows_are_changed_together),
         CASE(recording_out_of_memory_is_told_by_the_merge),
+        CASE(what_a_recorded_value_owns_is_released_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -57,7 +57,7 @@ KD_COMPONENT_DEFINE(padded, "padded", KD_FIELD(padded, flag, KD_BOOL, NULL, "on"
                     KD_FIELD(padded, value, KD_U32, NULL, "a number"));
 KD_TAG_DEFINE(frozen, "frozen");
 
-static int owner_releases;
+static _Atomic int owner_releases; /* worlds of several threads may release at once */
 static void owner_release(void *value, void *user)
 {
     owner *o = value;
