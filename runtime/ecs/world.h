@@ -52,8 +52,10 @@ typedef struct kd_value {
     const kd_component_desc *desc;
     const void *value; /* NULL: the component's default */
 } kd_value;
-#define KD_VAL(type, ...) ((kd_value){&type##_desc, &(const type)__VA_ARGS__})
-#define KD_TAG(type)      ((kd_value){&type##_desc, NULL})
+#define KD_VAL(type, ...)        ((kd_value){&type##_desc, &(const type)__VA_ARGS__})
+/* The value that `pointer` (to the type; the compiler checks it) points to. */
+#define KD_VAL_AT(type, pointer) ((kd_value){&type##_desc, (const type *){(pointer)}})
+#define KD_TAG(type)             ((kd_value){&type##_desc, NULL})
 
 /** Make one entity with all its values in one table write. Returns KD_NO_ENTITY when memory is out: the caller
  * keeps what the values own. */

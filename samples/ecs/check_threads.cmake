@@ -1,0 +1,13 @@
+# PROGRAM prints the same line with 1, 2 and 4 threads, the time apart.
+set(first "")
+foreach(threads 1 2 4)
+    execute_process(COMMAND ${PROGRAM} 3000 30 ${threads} OUTPUT_VARIABLE out RESULT_VARIABLE status)
+    string(REGEX MATCH "checksum [0-9a-f]+" checksum "${out}")
+    if(status OR NOT checksum)
+        message(FATAL_ERROR "${PROGRAM} with ${threads} threads failed (${status}): ${out}")
+    endif()
+    if(first AND NOT checksum STREQUAL first)
+        message(FATAL_ERROR "${threads} threads: ${checksum}, one thread: ${first}")
+    endif()
+    set(first ${checksum})
+endforeach()
