@@ -5,6 +5,7 @@
 
 #include "runtime/core/math.h"
 #include "runtime/ecs/world.h"
+#include "shaders/shared/scene.h"
 
 typedef enum kd_light_kind { KD_DIRECTIONAL, KD_POINT, KD_SPOT } kd_light_kind;
 
@@ -19,5 +20,11 @@ typedef struct kd_light {
     bool no_shadow;
 } kd_light;
 KD_COMPONENT_DECLARE(kd_light); /* default: directional, white, 3 lx, cones 0 and pi/4 */
+
+/* Of the scene's diagonal: nearer to a point or spot light, a source without extent has no meaning. */
+#define KD_LAMP_SIZE 1e-4f
+
+/** Write a light at a world transform as shaders read it, without shadow maps (shadow.x is -1). */
+struct kd_light_params kd_light_params_make(const kd_light *light, const kd_mat4 *world);
 
 #endif

@@ -11,12 +11,15 @@
 #include "runtime/app/info.h"
 #include "runtime/app/options.h"
 #include "runtime/app/run.h"
+#include "runtime/app/tracing.h"
 #include "runtime/core/log.h"
 
 static kd_status dispatch(const app_options *options) {
     switch (options->command) {
     case APP_RUN:
         return app_run(options);
+    case APP_REFERENCE:
+        return app_reference_run(options);
     case APP_INFO:
         return app_info_print(options->subject);
     case APP_DOCTOR:

@@ -3,17 +3,18 @@
 #include "runtime/app/options.h"
 
 #include <ctype.h>
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "components/frame.h"
+#include "runtime/app/options_read.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
 #include "runtime/core/nearest.h"
 #include "runtime/ecs/world.h"
+#include "runtime/reference/reference.h"
 
 #define MAX_SIZE    16384
 #define MAX_FRAMES  100000000
@@ -25,6 +26,8 @@
     X("final") X("direct") X("indirect") X("ao") X("specular") X("albedo") X("normal") X("depth") X("octree")
 #define CONTEXT_LIST(X) \
     X("auto") X("glfw") X("egl") X("egl-device") X("egl-surfaceless") X("egl-software") X("osmesa")
+#define TERM_LIST(X) \
+    X("final") X("direct") X("indirect") X("diffuse") X("specular") X("ao") X("albedo") X("normal") X("depth")
 #define WORD(word)   word,
 #define SPACED(word) " " word
 
@@ -33,12 +36,17 @@ const char *const app_view_words[] = {VIEW_LIST(WORD) NULL};
 _Static_assert(sizeof app_view_words / sizeof *app_view_words == KD_VIEW_MODE_COUNT + 1,
                "a view lacks its word");
 
+const char *const app_term_words[] = {TERM_LIST(WORD) NULL};
+_Static_assert(sizeof app_term_words / sizeof *app_term_words == KD_REFERENCE_TERM_COUNT + 1,
+               "a term lacks its word");
+
 static const char *const context_words[] = {CONTEXT_LIST(WORD) NULL};
 _Static_assert(sizeof context_words / sizeof *context_words == KD_CONTEXT_API_COUNT + 1,
                "a context lacks its word");
 
 const app_command_row app_commands[] = {
     {"run", APP_RUN, "SCENE", "render a scenario (.lua) or a model (.gltf, .glb)"},
+    {"reference", APP_REFERENCE, "SCENE", "path trace a scenario or a model: what the picture should be"},
     {"info", APP_INFO, "FILE", "list what a model holds"},
     {"bench", APP_BENCH, "[ecs|jobs|all]", "measure the ECS and the jobs beside this machine's limits"},
     {"doctor", APP_DOCTOR, NULL, "list every way to a GPU or software driver, and what is missing"},
@@ -46,76 +54,18 @@ const app_command_row app_commands[] = {
     {NULL, APP_HELP, NULL, NULL},
 };
 
-int app_find_word(const char *const *words, const char *word) {
-    for (int i = 0; words[i]; i++)
-        if (strcmp(words[i], word) == 0)
-            return i;
-    return -1;
-}
-
 /* ---- readers ---- */
 
-static kd_status read_integer(const char *option, const char *text, int64_t min, int64_t max, int64_t *out) {
-    char *end;
-    errno = 0;
-    long long value = strtoll(text, &end, 10);
-    if (end == text || *end || errno || isspace((unsigned char)*text))
-        return kd_fail(KD_USAGE, "%s: '%s' is not a whole number; give one from %lld to %lld", option, text,
-                       (long long)min, (long long)max);
-    if (value < min || value > max)
-        return kd_fail(KD_USAGE, "%s: %s is out of range; give a number from %lld to %lld", option, text,
-                       (long long)min, (long long)max);
-    *out = value;
-    return KD_OK;
-}
-
-static kd_status read_real(const char *option, const char *text, double min, double max, double *out) {
-    char *end;
-    double value = strtod(text, &end);
-    if (end == text || *end || !isfinite(value) || isspace((unsigned char)*text))
-        return kd_fail(KD_USAGE, "%s: '%s' is not a number; give one from %g to %g", option, text, min, max);
-    if (value < min || value > max)
-        return kd_fail(KD_USAGE, "%s: %s is out of range; give a number from %g to %g", option, text, min,
-                       max);
-    *out = value;
-    return KD_OK;
-}
-
-static kd_status read_word(const char *option, const char *text, const char *const *words, int *out) {
-    char list[256] = "";
-    *out = app_find_word(words, text);
-    if (*out >= 0)
-        return KD_OK;
-    for (int i = 0; words[i]; i++) {
-        strncat(list, i ? ", " : "", sizeof list - strlen(list) - 1);
-        strncat(list, words[i], sizeof list - strlen(list) - 1);
-    }
-    const char *near = kd_nearest_word(text, words);
-    if (near)
-        return kd_fail(KD_USAGE, "%s: unknown word '%s'; did you mean '%s'? There are %s", option, text, near,
-                       list);
-    return kd_fail(KD_USAGE, "%s: unknown word '%s'; choose one of %s", option, text, list);
-}
-
-static kd_status read_path(const char *option, const char *text, const char **out) {
-    if (!*text)
-        return kd_fail(KD_USAGE, "%s: the path is empty; give one", option);
-    if (strlen(text) >= KD_PATH_MAX - 64)
-        return kd_fail(KD_USAGE, "%s: the path has %zu characters; give a shorter one", option, strlen(text));
-    *out = text;
-    return KD_OK;
-}
-
 static kd_status read_frames(app_options *o, const char *text) {
-    return read_integer("--frames", text, 0, MAX_FRAMES, &o->frames);
+    return app_read_integer("--frames", text, 0, MAX_FRAMES, &o->frames);
 }
 
 static kd_status read_seconds(app_options *o, const char *text) {
-    return read_real("--seconds", text, 0, 1e6, &o->seconds);
+    return app_read_real("--seconds", text, 0, 1e6, &o->seconds);
 }
 
 static kd_status read_fps(app_options *o, const char *text) {
-    return read_real("--fps", text, 0.001, 10000, &o->fps);
+    return app_read_real("--fps", text, 0.001, 10000, &o->fps);
 }
 
 static kd_status read_size(app_options *o, const char *text) {
@@ -133,14 +83,14 @@ static kd_status read_size(app_options *o, const char *text) {
 
 static kd_status read_seed(app_options *o, const char *text) {
     int64_t value = 0;
-    kd_status status = read_integer("--seed", text, 0, INT64_MAX, &value);
+    kd_status status = app_read_integer("--seed", text, 0, INT64_MAX, &value);
     o->seed = (uint64_t)value;
     return status;
 }
 
 static kd_status read_threads(app_options *o, const char *text) {
     int64_t value = 0;
-    kd_status status = read_integer("--threads", text, 0, KD_MAX_WORKERS, &value);
+    kd_status status = app_read_integer("--threads", text, 0, KD_MAX_WORKERS, &value);
     o->threads = (uint32_t)value;
     return status;
 }
@@ -163,7 +113,7 @@ static kd_status check_pattern(const char *path, bool *is_pattern) {
 
 static kd_status read_out(app_options *o, const char *text) {
     app_output output = {0};
-    kd_status status = read_path("--out", text, &output.path);
+    kd_status status = app_read_path("--out", text, &output.path);
     if (status == KD_OK)
         status = check_pattern(text, &output.every_frame);
     if (status != KD_OK)
@@ -188,21 +138,21 @@ static kd_status read_out(app_options *o, const char *text) {
 
 static kd_status read_context(app_options *o, const char *text) {
     int api = 0;
-    kd_status status = read_word("--context", text, context_words, &api);
+    kd_status status = app_read_word("--context", text, context_words, &api);
     o->context = (kd_context_api)api;
     return status;
 }
 
 static kd_status read_asset_root(app_options *o, const char *text) {
-    return read_path("--asset-root", text, &o->roots[o->root_count++]);
+    return app_read_path("--asset-root", text, &o->roots[o->root_count++]);
 }
 
 static kd_status read_gi(app_options *o, const char *text) {
-    return read_word("--gi", text, app_gi_words, &o->gi);
+    return app_read_word("--gi", text, app_gi_words, &o->gi);
 }
 
 static kd_status read_view(app_options *o, const char *text) {
-    return read_word("--view", text, app_view_words, &o->view);
+    return app_read_word("--view", text, app_view_words, &o->view);
 }
 
 bool app_is_entity_field(const char *assignment) {
@@ -225,7 +175,7 @@ static kd_status read_set(app_options *o, const char *text) {
 static kd_status read_level(app_options *o, const char *text) {
     static char assignment[32]; /* one command line a process */
     int64_t level = 0;
-    kd_status status = read_integer("--level", text, 0, 15, &level);
+    kd_status status = app_read_integer("--level", text, 0, 15, &level);
     snprintf(assignment, sizeof assignment, "view.level=%d", (int)level);
     if (status == KD_OK)
         o->sets[o->set_count++] = assignment;
@@ -243,22 +193,22 @@ static kd_status read_profile(app_options *o, const char *text) {
 }
 
 static kd_status read_stats(app_options *o, const char *text) {
-    return read_path("--stats", text, &o->stats);
+    return app_read_path("--stats", text, &o->stats);
 }
 
 static kd_status read_graph(app_options *o, const char *text) {
     if (!kd_path_has_extension(text, ".dot") && !kd_path_has_extension(text, ".svg"))
         return kd_fail(KD_USAGE, "--graph: %s: unknown kind of file; end the name in .dot or .svg", text);
-    return read_path("--graph", text, &o->graph);
+    return app_read_path("--graph", text, &o->graph);
 }
 
 static kd_status read_json(app_options *o, const char *text) {
-    return read_path("--json", text, &o->json);
+    return app_read_path("--json", text, &o->json);
 }
 
 static kd_status read_bench_n(app_options *o, const char *text) {
     int64_t value = 0;
-    kd_status status = read_integer("--n", text, 1, MAX_BENCH_N, &value);
+    kd_status status = app_read_integer("--n", text, 1, MAX_BENCH_N, &value);
     o->bench_n = (uint32_t)value;
     return status;
 }
@@ -315,6 +265,36 @@ static const app_option_row run_options[] = {
     {NULL, NULL, NULL, NULL},
 };
 
+static const app_option_row reference_options[] = {
+    {"--out", "PATH", read_out, "repeatable: .exr (linear radiance), .png; further terms go beside it as PATH_TERM"},
+    {"-o", "PATH", read_out, "the same"},
+    {"--spp", "N", app_read_spp, "samples a pixel; default 64"},
+    {"--bounces", "N|inf", app_read_bounces,
+     "bounces of light; 0: what comes straight from lights, emitters and sky; default inf"},
+    {"--terms", "LIST", app_read_terms,
+     "what to write, a list of: " TERM_LIST(SPACED) "; default final"},
+    {"--frame", "N", app_read_frame, "frame to show, from 0; default: the last that `kandil run` would render"},
+    {"--frames", "N", read_frames, "number of frames, of which the last is shown"},
+    {"--seconds", "S", read_seconds, "the same in seconds"},
+    {"--fps", "F", read_fps, "simulation steps a second; default: the scenario's, else 30"},
+    {"--size", "WxH", read_size, "size of the picture; default: the scenario's, else 640x360"},
+    {"--seed", "N", read_seed, "seed of the samples and of the scenario's math.random; default 0"},
+    {"--threads", "N", read_threads,
+     "threads; 0, the default, takes one per processor. Never changes the result"},
+    {"--pixel", "area|centre", app_read_pixel,
+     "mean over the pixel's area, the default, or rays through its middle as `kandil run` does"},
+    {"--lambert", NULL, app_read_lambert, "take every material as ideally diffuse, lit from both sides"},
+    {"--time-budget", "S", app_read_time_budget, "end after so many seconds with the samples done by then"},
+    {"--noise", "X", app_read_noise, "end when the mean relative squared error is about X"},
+    {"--asset-root", "DIR", read_asset_root,
+     "repeatable: a folder beside the scenario's own from which it may load"},
+    {"--set", "KEY=VALUE", read_set,
+     "repeatable: a setting, or an entity's field such as lamp.light.intensity=5"},
+    {"--stats", "FILE.json", read_stats, "write samples, rays, times and noise"},
+    {"--quiet", NULL, read_quiet, "print errors only"},
+    {NULL, NULL, NULL, NULL},
+};
+
 static const app_option_row bench_options[] = {
     {"--json", "FILE", read_json, "write the rows to a file too"},
     {"--threads", "N", read_threads, "threads of the cases for several; 0, the default: one per processor"},
@@ -324,7 +304,16 @@ static const app_option_row bench_options[] = {
 };
 
 const app_option_row *app_command_options(app_command command) {
-    return command == APP_RUN ? run_options : command == APP_BENCH ? bench_options : NULL;
+    switch (command) {
+    case APP_RUN:
+        return run_options;
+    case APP_REFERENCE:
+        return reference_options;
+    case APP_BENCH:
+        return bench_options;
+    default:
+        return NULL;
+    }
 }
 
 /* ---- the command line ---- */
@@ -368,7 +357,7 @@ static kd_status read_option(app_options *out, const char *command, int argc, ch
 static kd_status read_bench(app_options *out, const char *text) {
     static const char *const words[] = {"all", "ecs", "jobs", NULL};
     int bench = 0;
-    kd_status status = read_word("bench", text, words, &bench);
+    kd_status status = app_read_word("bench", text, words, &bench);
     out->bench = (app_bench)bench;
     return status;
 }
@@ -448,6 +437,7 @@ static kd_status make_lists(app_options *out, int argc) {
 
 kd_status app_options_parse(int argc, char **argv, app_options *out) {
     *out = (app_options){.command = APP_HELP, .frames = -1, .seconds = -1, .gi = -1, .view = -1};
+    out->tracing = (app_tracing){.frame = -1, .bounces = KD_REFERENCE_ENDLESS};
     if (argc < 2)
         return kd_fail(KD_USAGE, "no command; `kandil help` lists all");
     if (is_help(argv[1]))

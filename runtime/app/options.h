@@ -11,7 +11,7 @@
 #include "runtime/core/status.h"
 #include "runtime/gpu/gpu.h"
 
-typedef enum app_command { APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH } app_command;
+typedef enum app_command { APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH, APP_REFERENCE } app_command;
 
 typedef enum app_bench { APP_BENCH_ALL, APP_BENCH_ECS, APP_BENCH_JOBS } app_bench;
 
@@ -21,6 +21,16 @@ typedef struct app_output {
     app_output_kind kind;
     bool every_frame; /* a film, or a path with %d: the frame's number */
 } app_output;
+
+/* What the path tracer is asked for. */
+typedef struct app_tracing {
+    int64_t frame;  /* -1: the last that --frames, --seconds or the scenario give */
+    uint32_t spp;   /* 0: not said */
+    int32_t bounces; /* KD_REFERENCE_ENDLESS: no limit, the default */
+    uint32_t terms; /* bits by kd_reference_term; 0: the final picture alone */
+    bool lambert, centre;
+    double time_budget_s, noise; /* 0: not said */
+} app_tracing;
 
 typedef struct app_options {
     app_command command;
@@ -40,6 +50,7 @@ typedef struct app_options {
     uint32_t bench_n;       /* 0: not said */
     const char *bench_case; /* a part of the names of cases, or NULL */
     const char *json;       /* path or NULL */
+    app_tracing tracing;
     uint32_t output_count, root_count, set_count;
     app_output *outputs;
     const char **roots;
@@ -79,6 +90,8 @@ bool app_is_entity_field(const char *assignment);
 /** Words of --gi and --view, in order of the enumerations, NULL-terminated. */
 extern const char *const app_gi_words[];
 extern const char *const app_view_words[];
+/** Words of --terms, in order of kd_reference_term. */
+extern const char *const app_term_words[];
 /** Index of a word; -1 when it is none of them. */
 int app_find_word(const char *const *words, const char *word);
 

@@ -89,6 +89,17 @@ kd_status kd_schedule_enable(kd_schedule *s, const char *name, bool enabled)
     return kd_fail(KD_NOT_FOUND, "system %s: there is none of that name", name);
 }
 
+void kd_schedule_leave_out_gpu(kd_schedule *s)
+{
+    assert(!s->init_done);
+    s->without_gpu = true;
+}
+
+static bool is_left_out(const kd_schedule *s, const schedule_system *system)
+{
+    return s->without_gpu && system->desc.where == KD_ON_GPU;
+}
+
 void kd_schedule_set_hooks(kd_schedule *s, const kd_schedule_hooks *hooks)
 {
     s->hooks = hooks ? *hooks : (kd_schedule_hooks){0};
@@ -134,7 +145,7 @@ static void run_system(kd_schedule *s, uint32_t index, uint32_t worker)
 {
     schedule_system *system = &s->systems[index];
     kd_system_context context = make_context(s, system, worker);
-    if (!system->enabled || (system->desc.run_if && !system->desc.run_if(&context)))
+    if (!system->enabled || is_left_out(s, system) || (system->desc.run_if && !system->desc.run_if(&context)))
         return;
     uint64_t outer_key = s->keys[worker]; /* a system that waits for its jobs may be helping with this one */
     set_key(s, worker, system->command_key);
@@ -164,7 +175,7 @@ kd_status kd_schedule_init(kd_schedule *s)
 {
     for (uint32_t i = 0; i < s->system_count; i++) {
         schedule_system *system = &s->systems[i];
-        if (system->initialized)
+        if (system->initialized || is_left_out(s, system))
             continue;
         kd_system_context context = make_context(s, system, KD_GPU_LANE);
         kd_status status = system->desc.init ? system->desc.init(&context) : KD_OK;

@@ -67,6 +67,7 @@ struct kd_schedule {
     kd_schedule_hooks hooks;
     uint64_t seed, frame_number;
     bool init_done;
+    bool without_gpu; /* systems of the GPU lane are left out */
 
     schedule_system *systems;
     uint32_t system_count;

@@ -87,6 +87,9 @@ typedef struct kd_schedule kd_schedule;
 
 kd_schedule *kd_schedule_make(kd_world *w, struct kd_jobs *jobs, struct kd_gpu *gpu);
 void kd_schedule_destroy(kd_schedule *s); /* runs every fini */
+/** Leave out every system of the GPU lane, its init and fini too: for those who want the state of the world and no picture.
+ *  To be called before the schedule's init. */
+void kd_schedule_leave_out_gpu(kd_schedule *s);
 /** Register a system. All must be registered before the first run. Errors KD_OUT_OF_RANGE for too many (256). */
 kd_status kd_schedule_add(kd_schedule *s, const kd_system_desc *desc);
 /** Run every init in registration order. */

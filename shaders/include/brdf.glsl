@@ -3,12 +3,12 @@
 
 /* The metallic-roughness material. Source  glTF 2.0 specification, appendix B. */
 
+#include "shaders/shared/brdf.h"
 #include "shaders/include/surface.glsl"
 
 const float BRDF_PI = 3.14159265358979;
-const float BRDF_DIELECTRIC_F0 = 0.04;
-/* A mirror under a light without extent has no picture; this much roughness keeps the highlight finite. */
-const float BRDF_MIN_ROUGHNESS = 0.04;
+const float BRDF_DIELECTRIC_F0 = KD_BRDF_DIELECTRIC_F0;
+const float BRDF_MIN_ROUGHNESS = KD_BRDF_MIN_ROUGHNESS;
 
 vec3 brdf_f0(surface s) { return mix(vec3(BRDF_DIELECTRIC_F0), s.albedo, s.metallic); }
 vec3 brdf_diffuse_albedo(surface s) { return s.albedo * (1.0 - s.metallic); }

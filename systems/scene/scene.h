@@ -26,6 +26,9 @@ kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, co
 /** Add a material to the store; its images are numbers in the store, KD_NONE for none. Returns its number. */
 uint32_t kd_scene_add_material(kd_world *w, const kd_material_desc *desc);
 
+/** Get an image by its number in the store. Returns NULL when there is none of that number. */
+const kd_image *kd_scene_image(const kd_scene_store *store, uint32_t number);
+
 /** Give every mesh below `root` the material (kd_mesh_instance.material). */
 void kd_scene_override_material(kd_world *w, kd_entity root, uint32_t material);
 

@@ -248,3 +248,9 @@ uint32_t kd_scene_add_material(kd_world *w, const kd_material_desc *desc)
     s->revision++;
     return s->material_count++;
 }
+
+const kd_image *kd_scene_image(const kd_scene_store *store, uint32_t number)
+{
+    const scene_internal *in = store->internal;
+    return in && number < in->image_count ? in->images[number] : NULL;
+}

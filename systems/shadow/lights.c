@@ -14,7 +14,6 @@ enum { FULL_SIZE_SPOTS = 4 };
 
 static const float SPOT_NEAR = 1.0f / 2048; /* of what its light reaches: nothing nearer casts a shadow */
 static const float SPOT_MAX_TANGENT = 8;    /* 83 degrees: wider cones keep an unshadowed rim */
-static const float LAMP_SIZE = 1e-4f;       /* of the scene: nearer, a point source has no meaning */
 
 static struct kd_gl_vec4 row(kd_vec3 v, float w)
 {
@@ -81,27 +80,6 @@ static void fill_view(shadow_state *s, const kd_view *given, const kd_frame *fra
         .size = {frame->width, frame->height, (uint32_t)frame->index, 0},
         .lens = {view->tan_half_fov_y, aspect, exp2f(frame->settings.view_exposure_ev), 0},
     };
-}
-
-/* Turn cone angles into scale and offset of the cosine. Source  KHR_lights_punctual */
-static void fill_cone(struct kd_light_params *p, const kd_light *light)
-{
-    float inner = cosf(light->inner_cone), outer = cosf(light->outer_cone);
-    p->color.w = 1 / fmaxf(inner - outer, 1e-3f);
-    p->shadow.w = -outer * p->color.w;
-}
-
-static void fill_light(struct kd_light_params *p, const kd_light *light, const kd_mat4 *world)
-{
-    kd_vec3 position = {world->m[12], world->m[13], world->m[14]};
-    kd_vec3 forward =
-        kd_vec3_normalize((kd_vec3){-world->m[8], -world->m[9], -world->m[10]}, (kd_vec3){0, 0, -1});
-    p->position_ws = row(position, light->type == KD_DIRECTIONAL ? 0 : light->range);
-    p->direction_ws = row(forward, (float)light->type);
-    p->color = row(kd_vec3_scale(light->color, light->intensity), 0);
-    p->shadow = (struct kd_gl_vec4){-1, 0, 0, 0};
-    if (light->type == KD_SPOT)
-        fill_cone(p, light);
 }
 
 static void add_layer(shadow_state *s, const kd_mat4 *matrix, uint32_t index, bool directional,
@@ -173,7 +151,7 @@ static void add_light(shadow_state *s, const kd_light *light, const kd_mat4 *wor
         return;
     }
     struct kd_light_params *p = &s->lights.light[s->lights.count.x++];
-    fill_light(p, light, world);
+    *p = kd_light_params_make(light, world);
     if (light->no_shadow || bounds->empty)
         return;
     if (light->type == KD_DIRECTIONAL)
@@ -234,7 +212,7 @@ void shadow_lights_run(kd_system_context *context)
     fill_view(s, view, frame, &bounds);
     add_lights(s, true, view, frame, &bounds);
     lighting->directional_count = s->lights.count.x;
-    float lamp = LAMP_SIZE * kd_vec3_length(kd_vec3_sub(bounds.high, bounds.low));
+    float lamp = KD_LAMP_SIZE * kd_vec3_length(kd_vec3_sub(bounds.high, bounds.low));
     s->lights.kinds = (struct kd_gl_vec4){(float)s->lights.count.x, fmaxf(lamp * lamp, 1e-20f), 0, 0};
     add_lights(s, false, view, frame, &bounds);
     lighting->light_count = s->lights.count.x;

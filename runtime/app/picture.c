@@ -1,0 +1,74 @@
+#include "runtime/app/picture.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "runtime/app/image_write.h"
+#include "runtime/core/color.h"
+#include "runtime/core/half.h"
+#include "runtime/core/log.h"
+
+kd_status app_picture_make(app_picture *out, uint32_t width, uint32_t height) {
+    *out = (app_picture){.width = width, .height = height};
+    out->rgb = calloc((size_t)width * height, 3 * sizeof *out->rgb);
+    return out->rgb ? KD_OK
+                    : kd_fail(KD_NO_MEMORY, "no memory for a picture of %ux%u; choose a smaller size", width, height);
+}
+
+void app_picture_fini(app_picture *picture) {
+    free(picture->rgb);
+    *picture = (app_picture){0};
+}
+
+kd_status app_picture_write_exr(const char *path, const app_picture *p) {
+    size_t count = (size_t)p->width * p->height;
+    uint16_t *half = malloc(count * 4 * sizeof *half);
+    if (!half)
+        return kd_fail(KD_NO_MEMORY, "%s: no memory to encode the picture; choose a smaller size", path);
+    for (size_t i = 0; i < count; i++) {
+        for (size_t k = 0; k < 3; k++)
+            half[i * 4 + k] = kd_half_from_float(p->rgb[i * 3 + k]);
+        half[i * 4 + 3] = kd_half_from_float(1);
+    }
+    kd_status status = app_exr_write(path, p->width, p->height, half);
+    free(half);
+    return status;
+}
+
+static kd_vec3 texel(const app_picture *p, size_t i) {
+    return (kd_vec3){p->rgb[i * 3], p->rgb[i * 3 + 1], p->rgb[i * 3 + 2]};
+}
+
+kd_status app_picture_write_png(const char *path, const app_picture *p, float exposure, kd_tonemap curve) {
+    size_t count = (size_t)p->width * p->height;
+    uint8_t *bytes = malloc(count * 4);
+    if (!bytes)
+        return kd_fail(KD_NO_MEMORY, "%s: no memory to encode the picture; choose a smaller size", path);
+    for (size_t i = 0; i < count; i++) {
+        kd_vec3 c = p->encoded ? texel(p, i) : kd_color_screen(texel(p, i), exposure, curve);
+        const uint8_t rgba[4] = {kd_color_byte(c.x), kd_color_byte(c.y), kd_color_byte(c.z), 255};
+        for (size_t k = 0; k < 4; k++)
+            bytes[i * 4 + k] = rgba[k];
+    }
+    kd_status status = app_png_write(path, p->width, p->height, bytes);
+    free(bytes);
+    return status;
+}
+
+/* shaders/resolve/luminance.comp and exposure.comp: the geometric mean of what is not black becomes mid grey.
+ * Source  Reinhard et al. 2002, equations 1 and 2 */
+float app_picture_exposure(const app_picture *p, const kd_settings *settings) {
+    const double mid_grey = 0.18;
+    double sum = 0, count = 0;
+    float chosen = exp2f(settings->view_exposure_ev);
+    if (!settings->view_auto_exposure)
+        return chosen;
+    for (size_t i = 0; i < (size_t)p->width * p->height; i++) {
+        float y = kd_color_luminance(texel(p, i));
+        if (y > 1e-6f) {
+            sum += log2((double)y);
+            count++;
+        }
+    }
+    return count > 0 ? chosen * (float)(mid_grey * exp2(-sum / count)) : chosen;
+}
