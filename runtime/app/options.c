@@ -266,14 +266,16 @@ static const app_option_row run_options[] = {
 };
 
 static const app_option_row reference_options[] = {
-    {"--out", "PATH", read_out, "repeatable: .exr (linear radiance), .png; further terms go beside it as PATH_TERM"},
+    {"--out", "PATH", read_out,
+     "repeatable: .exr (linear radiance), .png; further terms go beside it as PATH_TERM"},
     {"-o", "PATH", read_out, "the same"},
     {"--spp", "N", app_read_spp, "samples a pixel; default 64"},
     {"--bounces", "N|inf", app_read_bounces,
      "bounces of light; 0: what comes straight from lights, emitters and sky; default inf"},
     {"--terms", "LIST", app_read_terms,
      "what to write, a list of: " TERM_LIST(SPACED) "; default final"},
-    {"--frame", "N", app_read_frame, "frame to show, from 0; default: the last that `kandil run` would render"},
+    {"--frame", "N", app_read_frame,
+     "frame to show, from 0; default: the last that `kandil run` would render"},
     {"--frames", "N", read_frames, "number of frames, of which the last is shown"},
     {"--seconds", "S", read_seconds, "the same in seconds"},
     {"--fps", "F", read_fps, "simulation steps a second; default: the scenario's, else 30"},

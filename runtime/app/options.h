@@ -11,7 +11,9 @@
 #include "runtime/core/status.h"
 #include "runtime/gpu/gpu.h"
 
-typedef enum app_command { APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH, APP_REFERENCE } app_command;
+typedef enum app_command {
+    APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH, APP_REFERENCE
+} app_command;
 
 typedef enum app_bench { APP_BENCH_ALL, APP_BENCH_ECS, APP_BENCH_JOBS } app_bench;
 

@@ -13,14 +13,16 @@
 #include "runtime/core/nearest.h"
 #include "runtime/reference/reference.h"
 
-int app_find_word(const char *const *words, const char *word) {
+int app_find_word(const char *const *words, const char *word)
+{
     for (int i = 0; words[i]; i++)
         if (strcmp(words[i], word) == 0)
             return i;
     return -1;
 }
 
-kd_status app_read_integer(const char *option, const char *text, int64_t min, int64_t max, int64_t *out) {
+kd_status app_read_integer(const char *option, const char *text, int64_t min, int64_t max, int64_t *out)
+{
     char *end;
     errno = 0;
     long long value = strtoll(text, &end, 10);
@@ -34,7 +36,8 @@ kd_status app_read_integer(const char *option, const char *text, int64_t min, in
     return KD_OK;
 }
 
-kd_status app_read_real(const char *option, const char *text, double min, double max, double *out) {
+kd_status app_read_real(const char *option, const char *text, double min, double max, double *out)
+{
     char *end;
     double value = strtod(text, &end);
     if (end == text || *end || !isfinite(value) || isspace((unsigned char)*text))
@@ -46,7 +49,8 @@ kd_status app_read_real(const char *option, const char *text, double min, double
     return KD_OK;
 }
 
-kd_status app_read_word(const char *option, const char *text, const char *const *words, int *out) {
+kd_status app_read_word(const char *option, const char *text, const char *const *words, int *out)
+{
     char list[256] = "";
     *out = app_find_word(words, text);
     if (*out >= 0)
@@ -62,7 +66,8 @@ kd_status app_read_word(const char *option, const char *text, const char *const 
     return kd_fail(KD_USAGE, "%s: unknown word '%s'; choose one of %s", option, text, list);
 }
 
-kd_status app_read_path(const char *option, const char *text, const char **out) {
+kd_status app_read_path(const char *option, const char *text, const char **out)
+{
     if (!*text)
         return kd_fail(KD_USAGE, "%s: the path is empty; give one", option);
     if (strlen(text) >= KD_PATH_MAX - 64)
@@ -73,25 +78,30 @@ kd_status app_read_path(const char *option, const char *text, const char **out) 
 
 /* ---- what the path tracer is asked for ---- */
 
-kd_status app_read_frame(app_options *o, const char *text) {
+kd_status app_read_frame(app_options *o, const char *text)
+{
     return app_read_integer("--frame", text, 0, 100000000, &o->tracing.frame);
 }
 
-kd_status app_read_spp(app_options *o, const char *text) {
+kd_status app_read_spp(app_options *o, const char *text)
+{
     int64_t value = 0;
     kd_status status = app_read_integer("--spp", text, 1, 1 << 24, &value);
     o->tracing.spp = (uint32_t)value;
     return status;
 }
 
-kd_status app_read_bounces(app_options *o, const char *text) {
+kd_status app_read_bounces(app_options *o, const char *text)
+{
     int64_t value = KD_REFERENCE_ENDLESS;
-    kd_status status = strcmp(text, "inf") == 0 ? KD_OK : app_read_integer("--bounces", text, 0, 4096, &value);
+    kd_status status =
+        strcmp(text, "inf") == 0 ? KD_OK : app_read_integer("--bounces", text, 0, 4096, &value);
     o->tracing.bounces = (int32_t)value;
     return status;
 }
 
-kd_status app_read_terms(app_options *o, const char *text) {
+kd_status app_read_terms(app_options *o, const char *text)
+{
     kd_status status = KD_OK;
     do {
         char word[32];
@@ -108,13 +118,15 @@ kd_status app_read_terms(app_options *o, const char *text) {
     return status;
 }
 
-kd_status app_read_lambert(app_options *o, const char *text) {
+kd_status app_read_lambert(app_options *o, const char *text)
+{
     (void)text;
     o->tracing.lambert = true;
     return KD_OK;
 }
 
-kd_status app_read_pixel(app_options *o, const char *text) {
+kd_status app_read_pixel(app_options *o, const char *text)
+{
     static const char *const words[] = {"area", "centre", NULL};
     int word = 0;
     kd_status status = app_read_word("--pixel", text, words, &word);
@@ -122,10 +134,12 @@ kd_status app_read_pixel(app_options *o, const char *text) {
     return status;
 }
 
-kd_status app_read_time_budget(app_options *o, const char *text) {
+kd_status app_read_time_budget(app_options *o, const char *text)
+{
     return app_read_real("--time-budget", text, 0, 1e9, &o->tracing.time_budget_s);
 }
 
-kd_status app_read_noise(app_options *o, const char *text) {
+kd_status app_read_noise(app_options *o, const char *text)
+{
     return app_read_real("--noise", text, 0, 1, &o->tracing.noise);
 }

@@ -8,19 +8,23 @@
 #include "runtime/core/half.h"
 #include "runtime/core/log.h"
 
-kd_status app_picture_make(app_picture *out, uint32_t width, uint32_t height) {
+kd_status app_picture_make(app_picture *out, uint32_t width, uint32_t height)
+{
     *out = (app_picture){.width = width, .height = height};
     out->rgb = calloc((size_t)width * height, 3 * sizeof *out->rgb);
     return out->rgb ? KD_OK
-                    : kd_fail(KD_NO_MEMORY, "no memory for a picture of %ux%u; choose a smaller size", width, height);
+                    : kd_fail(KD_NO_MEMORY, "no memory for a picture of %ux%u; choose a smaller size", width,
+                              height);
 }
 
-void app_picture_fini(app_picture *picture) {
+void app_picture_fini(app_picture *picture)
+{
     free(picture->rgb);
     *picture = (app_picture){0};
 }
 
-kd_status app_picture_write_exr(const char *path, const app_picture *p) {
+kd_status app_picture_write_exr(const char *path, const app_picture *p)
+{
     size_t count = (size_t)p->width * p->height;
     uint16_t *half = malloc(count * 4 * sizeof *half);
     if (!half)
@@ -35,11 +39,13 @@ kd_status app_picture_write_exr(const char *path, const app_picture *p) {
     return status;
 }
 
-static kd_vec3 texel(const app_picture *p, size_t i) {
+static kd_vec3 texel(const app_picture *p, size_t i)
+{
     return (kd_vec3){p->rgb[i * 3], p->rgb[i * 3 + 1], p->rgb[i * 3 + 2]};
 }
 
-kd_status app_picture_write_png(const char *path, const app_picture *p, float exposure, kd_tonemap curve) {
+kd_status app_picture_write_png(const char *path, const app_picture *p, float exposure, kd_tonemap curve)
+{
     size_t count = (size_t)p->width * p->height;
     uint8_t *bytes = malloc(count * 4);
     if (!bytes)
@@ -57,7 +63,8 @@ kd_status app_picture_write_png(const char *path, const app_picture *p, float ex
 
 /* shaders/resolve/luminance.comp and exposure.comp: the geometric mean of what is not black becomes mid grey.
  * Source  Reinhard et al. 2002, equations 1 and 2 */
-float app_picture_exposure(const app_picture *p, const kd_settings *settings) {
+float app_picture_exposure(const app_picture *p, const kd_settings *settings)
+{
     const double mid_grey = 0.18;
     double sum = 0, count = 0;
     float chosen = exp2f(settings->view_exposure_ev);

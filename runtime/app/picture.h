@@ -22,8 +22,10 @@ void app_picture_fini(app_picture *picture);
 /** Write linear values in half floats. Errors as app_exr_write */
 kd_status app_picture_write_exr(const char *path, const app_picture *picture);
 
-/** Write sRGB codes: those of an encoded picture, those of a linear one by exposure and curve. Errors as app_png_write */
-kd_status app_picture_write_png(const char *path, const app_picture *picture, float exposure, kd_tonemap curve);
+/** Write sRGB codes: those of an encoded picture, those of a linear one by exposure and curve. Errors as
+ * app_png_write */
+kd_status app_picture_write_png(const char *path, const app_picture *picture, float exposure,
+                                kd_tonemap curve);
 
 /** Exposure factor that settings and picture give, as the renderer finds it. */
 float app_picture_exposure(const app_picture *picture, const kd_settings *settings);

@@ -1,4 +1,5 @@
-/* `kandil reference`: the world's CPU systems bring it to a frame, the path tracer does the rest. No GPU is asked. */
+/* `kandil reference`: the world's CPU systems bring it to a frame, the path tracer does the rest. No GPU is
+ * asked. */
 #include "runtime/app/tracing.h"
 
 #include <stdio.h>
@@ -24,21 +25,27 @@ typedef struct tracing {
 
 /* ---- outputs ---- */
 
-/* The path of a term: the one given for the final picture or for the only term, else with the term's name behind it. */
-static kd_status term_path(const app_options *o, const char *given, int term, char out[KD_PATH_MAX]) {
+/* The path of a term: the one given for the final picture or for the only term, else with the term's name
+ * behind it. */
+static kd_status term_path(const app_options *o, const char *given, int term, char out[KD_PATH_MAX])
+{
     uint32_t terms = o->tracing.terms;
     bool own = term != KD_REFERENCE_FINAL && (terms & (terms - 1)) != 0;
     const char *extension = kd_path_extension(given);
     int length = snprintf(out, KD_PATH_MAX, "%.*s%s%s%s", (int)(extension - given), given, own ? "_" : "",
                           own ? app_term_words[term] : "", extension);
-    return length < KD_PATH_MAX ? KD_OK : kd_fail(KD_USAGE, "--out: %s: the path is too long; use a shorter one", given);
+    return length < KD_PATH_MAX
+               ? KD_OK
+               : kd_fail(KD_USAGE, "--out: %s: the path is too long; use a shorter one", given);
 }
 
-static bool wants_term(const app_options *o, int term) {
+static bool wants_term(const app_options *o, int term)
+{
     return o->tracing.terms ? o->tracing.terms >> term & 1 : term == KD_REFERENCE_FINAL;
 }
 
-static kd_status check_outputs(const app_options *o) {
+static kd_status check_outputs(const app_options *o)
+{
     kd_status status = KD_OK;
     kd_file_out probe;
     if (!o->output_count)
@@ -46,7 +53,8 @@ static kd_status check_outputs(const app_options *o) {
     for (uint32_t i = 0; i < o->output_count && status == KD_OK; i++) {
         const app_output *output = &o->outputs[i];
         if (output->every_frame)
-            return kd_fail(KD_USAGE, "--out: %s: one frame is traced; name a .exr or .png without a number", output->path);
+            return kd_fail(KD_USAGE, "--out: %s: one frame is traced; name a .exr or .png without a number",
+                           output->path);
         status = kd_file_out_open(&probe, output->path);
         if (status == KD_OK)
             kd_file_out_cancel(&probe);
@@ -55,14 +63,16 @@ static kd_status check_outputs(const app_options *o) {
 }
 
 /* The values of a term as its PNG shows them: light by exposure and curve, the rest as `--view` does. */
-static void encode_data(app_picture *p, int term) {
+static void encode_data(app_picture *p, int term)
+{
     size_t count = (size_t)p->width * p->height * 3;
     for (size_t i = 0; i < count && term == KD_REFERENCE_DEPTH; i++)
         p->rgb[i] = p->rgb[i] > 0 ? 1 / (1 + p->rgb[i]) : 0;
     p->encoded = term == KD_REFERENCE_NORMAL || term == KD_REFERENCE_DEPTH;
 }
 
-static kd_status write_term(const tracing *t, const app_output *output, int term, float exposure) {
+static kd_status write_term(const tracing *t, const app_output *output, int term, float exposure)
+{
     char path[KD_PATH_MAX];
     app_picture p;
     kd_tonemap curve = (kd_tonemap)t->scene.settings.view_tonemap;
@@ -84,7 +94,8 @@ static kd_status write_term(const tracing *t, const app_output *output, int term
 }
 
 /* One exposure for all terms: the final picture's. */
-static kd_status write_pictures(const tracing *t) {
+static kd_status write_pictures(const tracing *t)
+{
     app_picture final;
     kd_status status = app_picture_make(&final, t->scene.width, t->scene.height);
     if (status != KD_OK)
@@ -101,17 +112,20 @@ static kd_status write_pictures(const tracing *t) {
 
 /* ---- figures ---- */
 
-static void put_uint(kd_json *j, const char *key, uint64_t value) {
+static void put_uint(kd_json *j, const char *key, uint64_t value)
+{
     kd_json_key(j, key);
     kd_json_uint(j, value);
 }
 
-static void put_double(kd_json *j, const char *key, double value) {
+static void put_double(kd_json *j, const char *key, double value)
+{
     kd_json_key(j, key);
     kd_json_double(j, value);
 }
 
-static kd_status write_stats(const tracing *t, const kd_reference_info *info) {
+static kd_status write_stats(const tracing *t, const kd_reference_info *info)
+{
     kd_json j = {.indent = 2};
     kd_json_object_begin(&j);
     kd_json_key(&j, "kandil");
@@ -139,9 +153,12 @@ static kd_status write_stats(const tracing *t, const kd_reference_info *info) {
     return status;
 }
 
-static void print_summary(const kd_reference_info *info) {
-    kd_log(KD_LOG_INFO, "%u samples a pixel in %.1f s, %.2f million rays a second, relative squared error about %.2g",
-           info->spp, info->trace_s, info->trace_s > 0 ? (double)info->rays / info->trace_s * 1e-6 : 0, info->noise);
+static void print_summary(const kd_reference_info *info)
+{
+    kd_log(KD_LOG_INFO,
+           "%u samples a pixel in %.1f s, %.2f million rays a second, relative squared error about %.2g",
+           info->spp, info->trace_s, info->trace_s > 0 ? (double)info->rays / info->trace_s * 1e-6 : 0,
+           info->noise);
     if (info->bad_samples)
         kd_log(KD_LOG_WARNING, "reference: %llu samples were not finite and count as black",
                (unsigned long long)info->bad_samples);
@@ -149,39 +166,43 @@ static void print_summary(const kd_reference_info *info) {
 
 /* ---- tracing ---- */
 
-static bool show_progress(void *user, uint32_t done, uint32_t spp, double pass_ms) {
+static bool show_progress(void *user, uint32_t done, uint32_t spp, double pass_ms)
+{
     (void)user;
     app_console_progress(done, spp, pass_ms);
     return !app_interrupted();
 }
 
-kd_status app_trace_world(kd_world *w, kd_jobs *jobs, const app_options *o, kd_reference **out) {
+kd_status app_trace_world(kd_world *w, kd_jobs *jobs, const app_options *o, kd_reference **out)
+{
     const app_tracing *t = &o->tracing;
-    kd_status status = kd_reference_open(
-        w, jobs,
-        &(kd_reference_desc){.spp = t->spp,
-                             .bounces = t->bounces,
-                             .seed = o->seed,
-                             .lambert = t->lambert,
-                             .centre = t->centre,
-                             .ambient_occlusion = (t->terms >> KD_REFERENCE_AO & 1) != 0,
-                             .time_budget_s = t->time_budget_s,
-                             .noise = t->noise,
-                             .progress = show_progress},
-        out);
+    kd_status status =
+        kd_reference_open(w, jobs,
+                          &(kd_reference_desc){.spp = t->spp,
+                                               .bounces = t->bounces,
+                                               .seed = o->seed,
+                                               .lambert = t->lambert,
+                                               .centre = t->centre,
+                                               .ambient_occlusion = (t->terms >> KD_REFERENCE_AO & 1) != 0,
+                                               .time_budget_s = t->time_budget_s,
+                                               .noise = t->noise,
+                                               .progress = show_progress},
+                          out);
     if (status == KD_OK)
         status = kd_reference_render(*out);
     app_console_clear();
     return status;
 }
 
-uint64_t app_tracing_frame(const app_scene *scene, const app_options *o) {
+uint64_t app_tracing_frame(const app_scene *scene, const app_options *o)
+{
     uint64_t frames = app_scene_frames(scene, o);
     return o->tracing.frame >= 0 ? (uint64_t)o->tracing.frame : frames > 0 ? frames - 1 : 0;
 }
 
 /* Every step up to the frame is taken: what a scenario does may depend on all before. */
-static kd_status step_to_frame(tracing *t) {
+static kd_status step_to_frame(tracing *t)
+{
     uint64_t last = app_tracing_frame(&t->scene, t->options);
     kd_status status = KD_OK;
     for (uint64_t i = 0; i <= last && status == KD_OK; i++) {
@@ -194,7 +215,8 @@ static kd_status step_to_frame(tracing *t) {
     return status;
 }
 
-static kd_status open_world(tracing *t) {
+static kd_status open_world(tracing *t)
+{
     kd_status status = check_outputs(t->options);
     if (status != KD_OK)
         return status;
@@ -212,7 +234,8 @@ static kd_status open_world(tracing *t) {
     return status == KD_OK ? kd_schedule_init(t->schedule) : status;
 }
 
-static void close_world(tracing *t) {
+static void close_world(tracing *t)
+{
     kd_reference_close(t->reference);
     if (t->schedule)
         kd_schedule_destroy(t->schedule);
@@ -224,7 +247,8 @@ static void close_world(tracing *t) {
 }
 
 /* An interrupted picture is kept with the samples it has. */
-static kd_status finish(tracing *t, kd_status status) {
+static kd_status finish(tracing *t, kd_status status)
+{
     kd_reference_info info = kd_reference_get_info(t->reference);
     if ((status != KD_OK && status != KD_INTERRUPTED) || info.spp == 0)
         return status;
@@ -235,7 +259,8 @@ static kd_status finish(tracing *t, kd_status status) {
     return written == KD_OK ? status : written;
 }
 
-kd_status app_reference_run(const app_options *options) {
+kd_status app_reference_run(const app_options *options)
+{
     tracing t = {.options = options};
     app_interrupt_install();
     kd_status status = open_world(&t);

@@ -6,7 +6,8 @@
 #include "runtime/jobs/jobs.h"
 #include "runtime/reference/reference.h"
 
-/** `kandil reference`: bring the world to a frame, path trace it, write the terms asked for. Errors with one message */
+/** `kandil reference`: bring the world to a frame, path trace it, write the terms asked for. Errors with one
+ * message */
 kd_status app_reference_run(const app_options *options);
 
 /** Number of the frame that the options ask for. */

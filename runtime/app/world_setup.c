@@ -39,7 +39,8 @@ kd_status app_import_systems(kd_schedule *s)
 /* None of these keeps state of its own for a GPU system, which would not be freed. */
 kd_status app_import_state_systems(kd_schedule *s)
 {
-    static import *const imports[] = {kd_scene_import, kd_animation_import, kd_hierarchy_import, kd_deform_import};
+    static import *const imports[] = {kd_scene_import, kd_animation_import, kd_hierarchy_import,
+                                      kd_deform_import};
     kd_schedule_leave_out_gpu(s);
     return import_all(s, imports, sizeof imports / sizeof *imports);
 }

@@ -8,8 +8,8 @@
 /** Register every system of a frame, in the order in which those of one phase run. */
 kd_status app_import_systems(kd_schedule *s);
 
-/** Register the systems that bring the world to its state of a frame, and leave out all work of the GPU: for those who
- *  make pictures in another way. */
+/** Register the systems that bring the world to its state of a frame, and leave out all work of the GPU: for
+ *  those who make pictures in another way. */
 kd_status app_import_state_systems(kd_schedule *s);
 
 #endif
