@@ -41,10 +41,10 @@ void main()
             ivec2 o = ivec2(i & 1, i >> 1), other = min(low + o, last);
             vec2 b = mix(1.0 - f, f, vec2(o)) + 0.02;
             all_weight += b.x * b.y;
-            float other_depth = gbuffer_load_depth(other * 2 * n);
-            if (other_depth >= 1.0)
+            vec4 guide = texelFetch(guide_in, other * 2, 0);
+            if (guide_is_background(guide))
                 continue;
-            float belongs = belonging(p, other * 2 * n, other_depth);
+            float belongs = belonging(p, other * 2 * n, guide);
             vec4 v = texelFetch(diffuse_in, other, 0);
             sum += b.x * b.y * belongs * v;
             weight += b.x * b.y * belongs;

@@ -5,7 +5,7 @@
 
 void smooth_pixel(ivec2 at)
 {
-    int n = int(gather.size.z);
+    int n = int(gather.size.z), scale = int(gather.flags.y);
     ivec2 last = (ivec2(gather.size.xy) - 1) / n;
     if (any(greaterThan(at, last)))
         return;
@@ -20,10 +20,10 @@ void smooth_pixel(ivec2 at)
     float sum = 0.0;
     for (int i = 0; i < 9; i++) {
         ivec2 o = ivec2(i % 3, i / 3) - 1, other = clamp(at + o, ivec2(0), last);
-        float other_depth = gbuffer_load_depth(other * n);
-        if (other_depth >= 1.0)
+        vec4 guide = texelFetch(guide_in, other * scale, 0);
+        if (guide_is_background(guide))
             continue;
-        float w = float((2 - abs(o.x)) * (2 - abs(o.y))) * belonging(p, other * n, other_depth);
+        float w = float((2 - abs(o.x)) * (2 - abs(o.y))) * belonging(p, other * n, guide);
         diffuse += w * texelFetch(diffuse_in, other, 0);
         sum += w;
     }

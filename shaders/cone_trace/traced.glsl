@@ -6,6 +6,7 @@
 layout(std140, binding = KD_BIND_PASS) uniform gather_block { kd_gather_params gather; };
 layout(binding = KD_UNIT_GI_DIFFUSE) uniform sampler2D diffuse_in;
 layout(binding = KD_UNIT_GI_SPECULAR) uniform sampler2D specular_in;
+layout(binding = KD_UNIT_GI_GUIDE) uniform sampler2D guide_in; // guide.comp
 layout(binding = 0, rgba16f) writeonly uniform image2D diffuse_out;
 layout(binding = 1, rgba16f) writeonly uniform image2D specular_out;
 
@@ -51,17 +52,18 @@ float place_distance(place p, ivec2 other, float z)
     return (view_is_orthographic() ? s : s * z) + p.line.x + p.line.y * z;
 }
 
-// Weight of another pixel's light here: it must lie on the same plane and face the same way. A trace of weight is left to
-// everything near, for pixels that have no better neighbour.
-float belonging(place p, ivec2 other, float other_depth)
+// Weight of another traced pixel's light here, given its guide: it must lie on the same plane and face the same way. A trace
+// of weight is left to everything near, for pixels that have no better neighbour.
+float belonging(place p, ivec2 other, vec4 guide)
 {
-    vec3 normal = octahedral_decode(texelFetch(gbuffer_normal, other, 0).xy);
-    float off_plane = place_distance(p, other, view_depth(other_depth)) * p.nearness * 100.0;
-    float near = 1.0 / (1.0 + off_plane * off_plane), facing = max(dot(p.normal_ws, normal), 0.0);
+    float off_plane = place_distance(p, other, guide.w) * p.nearness * 100.0;
+    float near = 1.0 / (1.0 + off_plane * off_plane), facing = max(dot(p.normal_ws, guide.xyz), 0.0);
     facing *= facing;
     facing *= facing;
     return near * (near * facing * facing + 1e-5);
 }
+
+bool guide_is_background(vec4 guide) { return guide.w <= 0.0; }
 
 void store(ivec2 at, vec4 diffuse, vec4 specular, float sum)
 {

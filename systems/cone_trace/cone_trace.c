@@ -23,22 +23,19 @@ typedef struct gather_grid {
 
 typedef struct gather_state {
     kd_tree_program gather, gather_list;
-    kd_gpu_program refine, smooth, smooth_list, upsample;
-    gather_grid grid, coarse; /* coarse: at twice the spacing */
-    kd_gpu_buffer list;       /* shaders/cone_trace/list.glsl */
+    kd_gpu_program guide, refine, smooth, smooth_list, upsample;
+    gather_grid grid, coarse;    /* coarse: at twice the spacing */
+    kd_gpu_texture normal_depth; /* of the grid's pixels, shaders/cone_trace/guide.comp */
+    kd_gpu_buffer list;          /* shaders/cone_trace/list.glsl */
 } gather_state;
 
-static kd_gpu_texture make_target(kd_gpu *gpu, uint32_t width, uint32_t height, const char *name)
-{
-    return kd_gpu_make_texture(
-        gpu, &(kd_gpu_texture_desc){
-                 .format = KD_RGBA16F, .width = width, .height = height, .filter = KD_NEAREST, .name = name});
-}
-
-static void remake(kd_gpu *gpu, kd_gpu_texture *texture, uint32_t width, uint32_t height, const char *name)
+static void remake(kd_gpu *gpu, kd_gpu_texture *texture, kd_texture_format format, uint32_t width,
+                   uint32_t height, const char *name)
 {
     kd_gpu_destroy_texture(gpu, *texture);
-    *texture = make_target(gpu, width, height, name);
+    *texture = kd_gpu_make_texture(
+        gpu, &(kd_gpu_texture_desc){
+                 .format = format, .width = width, .height = height, .filter = KD_NEAREST, .name = name});
 }
 
 static void fit_grid(kd_gpu *gpu, gather_grid *grid, uint32_t width, uint32_t height)
@@ -46,11 +43,18 @@ static void fit_grid(kd_gpu *gpu, gather_grid *grid, uint32_t width, uint32_t he
     if (grid->width == width && grid->height == height)
         return;
     for (int i = 0; i < 2; i++) {
-        remake(gpu, &grid->diffuse[i], width, height, "gi.diffuse.traced");
-        remake(gpu, &grid->specular[i], width, height, "gi.specular.traced");
+        remake(gpu, &grid->diffuse[i], KD_RGBA16F, width, height, "gi.diffuse.traced");
+        remake(gpu, &grid->specular[i], KD_RGBA16F, width, height, "gi.specular.traced");
     }
     grid->width = width;
     grid->height = height;
+}
+
+static void fit_own_targets(kd_gpu *gpu, gather_state *state, uint32_t width, uint32_t height)
+{
+    if (state->grid.width != width || state->grid.height != height)
+        remake(gpu, &state->normal_depth, KD_RGBA32F, width, height, "gi.guide");
+    fit_grid(gpu, &state->grid, width, height);
 }
 
 static void drop_grid(kd_gpu *gpu, gather_grid *grid)
@@ -65,8 +69,8 @@ static void fit_targets(kd_gpu *gpu, kd_gi_targets *gi, uint32_t width, uint32_t
 {
     if (gi->width == width && gi->height == height)
         return;
-    remake(gpu, &gi->diffuse, width, height, "gi.diffuse");
-    remake(gpu, &gi->specular, width, height, "gi.specular");
+    remake(gpu, &gi->diffuse, KD_RGBA16F, width, height, "gi.diffuse");
+    remake(gpu, &gi->specular, KD_RGBA16F, width, height, "gi.specular");
     gi->width = width;
     gi->height = height;
 }
@@ -122,11 +126,22 @@ static void dispatch_pixels(kd_gpu *gpu, kd_gpu_program program, uint32_t width,
     kd_gpu_dispatch(gpu, program, (width + 7) / 8, (height + 7) / 8, 1);
 }
 
-/* Trace and smooth all pixels of a grid of spacing n. */
-static void trace_grid(kd_gpu *gpu, const gather_state *state, const gather_grid *grid,
-                       struct kd_gather_params *params, uint32_t n)
+static void make_guide(kd_gpu *gpu, const gather_state *state, struct kd_gather_params *params, uint32_t n)
 {
     params->size.z = n;
+    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, params, sizeof *params);
+    kd_gpu_bind_image(gpu, 0, state->normal_depth, 0, KD_IMAGE_WRITE, KD_RGBA32F);
+    dispatch_pixels(gpu, state->guide, state->grid.width, state->grid.height);
+    kd_gpu_bind_texture(gpu, KD_UNIT_GI_GUIDE, state->normal_depth);
+    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
+}
+
+/* Trace and smooth all pixels of a grid of spacing n, which is `scale` times that of the guide. */
+static void trace_grid(kd_gpu *gpu, const gather_state *state, const gather_grid *grid,
+                       struct kd_gather_params *params, uint32_t n, uint32_t scale)
+{
+    params->size.z = n;
+    params->flags.y = scale;
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, params, sizeof *params);
     bind_outputs(gpu, 0, grid->diffuse[0], grid->specular[0]);
     dispatch_pixels(gpu, state->gather.program, grid->width, grid->height);
@@ -146,8 +161,12 @@ static void trace_where_needed(kd_gpu *gpu, const gather_state *state, struct kd
 {
     const gather_grid *grid = &state->grid, *coarse = &state->coarse;
     kd_gpu_write_buffer(gpu, state->list, 0, (uint32_t[4]){0, 1, 1, 0}, LIST_HEAD);
-    trace_grid(gpu, state, coarse, params, 2 * n);
+    uint32_t glossy = params->flags.x;
+    params->flags.x = 0; /* glossy pixels will be listed */
+    trace_grid(gpu, state, coarse, params, 2 * n, 2);
     params->size.z = n;
+    params->flags.x = glossy;
+    params->flags.y = 1;
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, params, sizeof *params);
     kd_gpu_bind_storage(gpu, 0, state->list);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -172,7 +191,8 @@ static bool fit_refinement(kd_gpu *gpu, gather_state *state, const kd_settings *
     if (s->cones_refine <= 0 || pixels / 64 >= MOST_GROUPS)
         return false;
     fit_grid(gpu, &state->coarse, (grid->width + 1) / 2, (grid->height + 1) / 2);
-    return kd_gpu_ensure_buffer(gpu, &state->list, LIST_HEAD + pixels * sizeof(uint32_t), 0, "gi.refine") == KD_OK;
+    return kd_gpu_ensure_buffer(gpu, &state->list, LIST_HEAD + pixels * sizeof(uint32_t), 0, "gi.refine") ==
+           KD_OK;
 }
 
 static bool fit_programs(kd_gpu *gpu, gather_state *state, const kd_tree *tree)
@@ -194,17 +214,18 @@ static void run(kd_system_context *context)
     if (!fit_programs(gpu, state, tree))
         return;
     fit_targets(gpu, gi, frame->width, frame->height);
-    fit_grid(gpu, &state->grid, (frame->width + n - 1) / n, (frame->height + n - 1) / n);
+    fit_own_targets(gpu, state, (frame->width + n - 1) / n, (frame->height + n - 1) / n);
     struct kd_gather_params params = params_of(&frame->settings, tree, frame->width, frame->height);
     bind_gbuffer(gpu, kd_singleton(w, kd_gbuffer), kd_singleton(w, kd_lighting));
     kd_tree_bind(gpu, tree);
+    make_guide(gpu, state, &params, n);
     if (fit_refinement(gpu, state, &frame->settings, &state->grid))
         trace_where_needed(gpu, state, &params, n);
     else
-        trace_grid(gpu, state, &state->grid, &params, n);
+        trace_grid(gpu, state, &state->grid, &params, n, 1);
     bind_inputs(gpu, state->grid.diffuse[1], state->grid.specular[1]);
     bind_outputs(gpu, 0, gi->diffuse, gi->specular);
-    dispatch_pixels(gpu, state->upsample, frame->width, frame->height);
+    dispatch_pixels(gpu, state->upsample, state->grid.width, state->grid.height);
 }
 
 static bool gi_is_cones(kd_system_context *context)
@@ -218,7 +239,8 @@ static kd_status init(kd_system_context *context)
     const struct {
         const char *path;
         kd_gpu_program *program;
-    } programs[] = {{"shaders/cone_trace/refine.comp", &state->refine},
+    } programs[] = {{"shaders/cone_trace/guide.comp", &state->guide},
+                    {"shaders/cone_trace/refine.comp", &state->refine},
                     {"shaders/cone_trace/smooth.comp", &state->smooth},
                     {"shaders/cone_trace/smooth_list.comp", &state->smooth_list},
                     {"shaders/cone_trace/upsample.comp", &state->upsample}};
@@ -238,12 +260,14 @@ static void fini(kd_system_context *context)
     kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
     kd_gpu_destroy_program(gpu, state->gather.program);
     kd_gpu_destroy_program(gpu, state->gather_list.program);
+    kd_gpu_destroy_program(gpu, state->guide);
     kd_gpu_destroy_program(gpu, state->refine);
     kd_gpu_destroy_program(gpu, state->smooth);
     kd_gpu_destroy_program(gpu, state->smooth_list);
     kd_gpu_destroy_program(gpu, state->upsample);
     drop_grid(gpu, &state->grid);
     drop_grid(gpu, &state->coarse);
+    kd_gpu_destroy_texture(gpu, state->normal_depth);
     kd_gpu_destroy_buffer(gpu, state->list);
     kd_gpu_destroy_texture(gpu, gi->diffuse);
     kd_gpu_destroy_texture(gpu, gi->specular);
