@@ -68,6 +68,25 @@ static const kd_component_desc fixture_part_desc = {.name = "part",
                                                     .fields = part_fields,
                                                     .field_count = 2};
 
+/* What the runtime's own component of this name has of use to a scenario: clip 1 is "walk", 1 s long. */
+typedef struct fixture_animation {
+    uint32_t clip;
+    float time_s, speed;
+} fixture_animation;
+static const kd_field animation_fields[] = {
+    KD_FIELD(fixture_animation, clip, KD_U32, NULL, "clip"),
+    KD_FIELD(fixture_animation, time_s, KD_F32, "s", "time in it"),
+    KD_FIELD(fixture_animation, speed, KD_F32, NULL, "speed"),
+};
+static const kd_component_desc fixture_animation_desc = {.name = "animation",
+                                                         .size = (uint32_t)sizeof(fixture_animation),
+                                                         .align = (uint32_t) _Alignof(fixture_animation),
+                                                         .fields = animation_fields,
+                                                         .field_count = 3};
+
+static const char *const *fixture_params; /* for the next load */
+static uint32_t fixture_param_count;
+
 static char fixture_message[2048]; /* the last error */
 static char fixture_said[2048];    /* the last line printed by the scenario */
 static int fixture_errors;
@@ -107,6 +126,18 @@ static inline kd_status fixture_play(void *user, kd_entity entity, const kd_scri
     return KD_OK;
 }
 
+static inline kd_status fixture_find_clip(void *user, kd_entity entity, const char *clip, uint32_t *number,
+                                          float *length_s, kd_script_error *error) {
+    (void)user;
+    (void)entity;
+    *number = 1;
+    *length_s = 1;
+    if (strcmp(clip, "walk") == 0)
+        return KD_OK;
+    snprintf(error->text, sizeof error->text, "no clip '%s'; it has walk", clip);
+    return KD_NOT_FOUND;
+}
+
 static inline bool fixture_may_write(void *user, const char *component, const char *field) {
     (void)user;
     return strcmp(component, "part") != 0 || strcmp(field, "store") != 0;
@@ -117,6 +148,7 @@ static inline kd_world *fixture_world(void) {
     kd_component_ensure(w, &fixture_transform_desc);
     kd_component_ensure(w, &fixture_light_desc);
     kd_component_ensure(w, &fixture_part_desc);
+    kd_component_ensure(w, &fixture_animation_desc);
     return w;
 }
 
@@ -150,6 +182,8 @@ static inline kd_status fixture_load(kd_world *w, const char *text, kd_script **
     fixture_message[0] = fixture_said[0] = '\0';
     fixture_errors = 0;
     return kd_script_load(&(kd_script_desc){.path = path,
+                                            .params = fixture_params,
+                                            .param_count = fixture_param_count,
                                             .seed = 42,
                                             .memory_limit = (size_t)32 << 20,
                                             .instruction_limit = 2000000,
@@ -157,6 +191,7 @@ static inline kd_status fixture_load(kd_world *w, const char *text, kd_script **
                                             .host = {.user = w,
                                                      .spawn = fixture_spawn,
                                                      .play = fixture_play,
+                                                     .find_clip = fixture_find_clip,
                                                      .may_write = fixture_may_write}},
                           out);
 }

@@ -6,6 +6,7 @@
 
 #include "runtime/app/app.h"
 #include "runtime/app/options.h"
+#include "runtime/app/scene.h"
 #include "runtime/core/log.h"
 #include "runtime/core/nearest.h"
 
@@ -17,7 +18,8 @@ static void print_program(void) {
         printf("  %-20s %s\n", left, row->doc);
     }
     printf("  %-20s %s\n\n", "--version", "print the version");
-    printf("`kandil help run` lists its options, `kandil help settings` what --set takes.\n"
+    printf("`kandil help run` lists its options, `kandil help settings` what --set takes,\n"
+           "`kandil help scenario` what scenarios can use.\n"
            "Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 interrupted.\n");
 }
 
@@ -64,7 +66,23 @@ static void print_settings(void) {
         printf("; default %s)\n", kd_settings_format(&defaults, &rows[i], text, sizeof text));
     }
     printf("\nNAME.component.field=VALUE sets a field of the entity of that name, such as "
-           "lamp.light.intensity=5.\n");
+           "lamp.light.intensity=5.\n"
+           "param.NAME=VALUE is what the scenario gets by kandil.param(\"NAME\", default).\n");
+}
+
+static bool may_write(void *user, const char *component, const char *field) {
+    (void)user;
+    return app_may_write(component, field);
+}
+
+static kd_status print_reference(void) {
+    kd_world *w = kd_world_make();
+    if (!w)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    app_register_components(w);
+    kd_script_write_reference(w, may_write, stdout);
+    kd_world_destroy(w);
+    return KD_OK;
 }
 
 kd_status app_help_print(const char *topic) {
@@ -74,6 +92,9 @@ kd_status app_help_print(const char *topic) {
     }
     kd_nearest near = kd_nearest_to(topic);
     kd_nearest_offer(&near, "settings");
+    kd_nearest_offer(&near, "scenario");
+    if (strcmp(topic, "scenario") == 0)
+        return print_reference();
     if (strcmp(topic, "settings") == 0) {
         print_settings();
         return KD_OK;

@@ -155,6 +155,10 @@ static kd_status read_view(app_options *o, const char *text) {
     return app_read_word("--view", text, app_view_words, &o->view);
 }
 
+bool app_is_param(const char *assignment) {
+    return strncmp(assignment, APP_PARAM_PREFIX, strlen(APP_PARAM_PREFIX)) == 0;
+}
+
 bool app_is_entity_field(const char *assignment) {
     size_t key = strcspn(assignment, "="), dots = 0;
     for (size_t i = 0; i < key; i++)
@@ -169,7 +173,7 @@ static kd_status read_set(app_options *o, const char *text) {
                        "--set: '%s' is not of the form KEY=VALUE; `kandil help settings` lists the keys",
                        text);
     o->sets[o->set_count++] = text;
-    return app_is_entity_field(text) ? KD_OK : kd_settings_set(&scratch, text);
+    return app_is_param(text) || app_is_entity_field(text) ? KD_OK : kd_settings_set(&scratch, text);
 }
 
 static kd_status read_level(app_options *o, const char *text) {

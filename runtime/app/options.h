@@ -89,6 +89,10 @@ extern const app_command_row app_commands[]; /* ended by an empty row */
 /** Tell whether "KEY=VALUE" names a field of an entity (NAME.component.field) rather than a setting. */
 bool app_is_entity_field(const char *assignment);
 
+/** Tell whether it is a parameter of the scenario, "param.NAME=VALUE". */
+#define APP_PARAM_PREFIX "param."
+bool app_is_param(const char *assignment);
+
 /** Words of --gi and --view, in order of the enumerations, NULL-terminated. */
 extern const char *const app_gi_words[];
 extern const char *const app_view_words[];

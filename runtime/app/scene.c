@@ -63,20 +63,24 @@ kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out) {
 /* ---- what may be set ---- */
 
 bool app_may_write(const char *component, const char *field) {
-    static const char *const whole[] = {"transform", "light", "camera", "name", NULL};
+    static const char *const own[] = {"local_matrix",  "world_transform",
+                                      "mesh_instance", "skin_instance",
+                                      "morph_weights", "animation",
+                                      "view",          "frame",
+                                      "gbuffer",       "lighting",
+                                      "gi_targets",    "picture",
+                                      "tree",          "svo",
+                                      "voxel_scene",   NULL};
     static const char *const fields[] = {
         "animation.time_s",        "animation.speed",         "animation.loop",
         "animation.paused",        "morph_weights.weights",   "mesh_instance.hidden",
         "mesh_instance.no_shadow", "mesh_instance.no_voxels", NULL};
     size_t length = strlen(component);
-    for (size_t i = 0; whole[i]; i++)
-        if (strcmp(whole[i], component) == 0)
-            return true;
     for (size_t i = 0; fields[i]; i++)
         if (strncmp(fields[i], component, length) == 0 && fields[i][length] == '.' &&
             strcmp(fields[i] + length + 1, field) == 0)
             return true;
-    return false;
+    return app_find_word(own, component) < 0;
 }
 
 /* Apply NAME.component.field=VALUE. */
@@ -98,7 +102,7 @@ static kd_status set_entity_field(kd_world *w, const char *assignment) {
 
 /* ---- loading ---- */
 
-static void register_components(kd_world *w) {
+void app_register_components(kd_world *w) {
     (void)KD_ID(w, kd_transform);
     (void)KD_ID(w, kd_local_matrix);
     (void)KD_ID(w, kd_world_transform);
@@ -122,7 +126,11 @@ static kd_status apply_options(app_scene *scene, const app_options *o, bool load
     scene->gi = o->gi >= 0 ? (uint32_t)o->gi : scene->gi;
     scene->view = o->view >= 0 ? (uint32_t)o->view : scene->view;
     for (uint32_t i = 0; i < o->set_count && status == KD_OK; i++) {
-        if (!app_is_entity_field(o->sets[i]))
+        if (app_is_param(o->sets[i])) {
+            if (!kd_path_has_extension(o->subject, ".lua"))
+                status = kd_fail(KD_USAGE, "--set %s: only scenarios have parameters; give a .lua file",
+                                 o->sets[i]);
+        } else if (!app_is_entity_field(o->sets[i]))
             status = kd_settings_set(&scene->settings, o->sets[i]);
         else if (loaded)
             status = set_entity_field(scene->world, o->sets[i]);
@@ -137,7 +145,7 @@ kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *o
                          .fps = 30,
                          .seconds = -1,
                          .settings = kd_settings_defaults()};
-    register_components(world);
+    app_register_components(world);
     kd_status status = apply_options(scene, options, false);
     if (status != KD_OK)
         return status;

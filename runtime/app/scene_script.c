@@ -1,5 +1,6 @@
 /* The host of a scenario: makes models, shapes and materials when kandil.spawn asks for them. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "components/animation.h"
@@ -154,17 +155,44 @@ static kd_status play(void *user, kd_entity entity, const kd_script_play *p, kd_
     return status;
 }
 
+static kd_status find_clip(void *user, kd_entity entity, const char *clip, uint32_t *number, float *length_s,
+                           kd_script_error *error) {
+    app_scene *scene = user;
+    app_console_capture(error->text, sizeof error->text);
+    kd_status status = kd_scene_find_clip(scene->world, entity, clip, number, length_s);
+    app_console_capture(NULL, 0);
+    return status;
+}
+
+static kd_status clone(void *user, kd_entity entity, kd_entity parent, kd_entity *out,
+                       kd_script_error *error) {
+    app_scene *scene = user;
+    app_console_capture(error->text, sizeof error->text);
+    kd_status status = kd_scene_clone(scene->world, entity, parent, out);
+    app_console_capture(NULL, 0);
+    return status;
+}
+
 static bool may_write(void *user, const char *component, const char *field) {
     (void)user;
     return app_may_write(component, field);
 }
 
 kd_status app_scene_load_script(app_scene *scene, const app_options *options) {
-    return kd_script_load(
+    const char **params = calloc(options->set_count + 1, sizeof *params);
+    uint32_t param_count = 0;
+    if (!params)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    for (uint32_t i = 0; i < options->set_count; i++)
+        if (app_is_param(options->sets[i]))
+            params[param_count++] = options->sets[i] + strlen(APP_PARAM_PREFIX);
+    kd_status status = kd_script_load(
         &(kd_script_desc){
             .path = options->subject,
             .roots = options->roots,
             .root_count = options->root_count,
+            .params = params,
+            .param_count = param_count,
             .seed = options->seed,
             .world = scene->world,
             .host = {.user = scene,
@@ -172,7 +200,11 @@ kd_status app_scene_load_script(app_scene *scene, const app_options *options) {
                      .set = set_setting,
                      .spawn = spawn_any,
                      .play = play,
+                     .find_clip = find_clip,
+                     .clone = clone,
                      .may_write = may_write},
         },
         &scene->script);
+    free(params);
+    return status;
 }

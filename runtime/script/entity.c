@@ -1,7 +1,7 @@
-/* Entity handles: e:play, e:set, e:get, e:destroy, e:child, e:alive, e.name, and e.transform.position = {…},
- * which goes through a second small userdata that stands for one component of one entity. A handle holds no
- * pointer into the world: the entity may be gone at any time, and then every use of it is an error that says
- * so. */
+/* Entity handles, and e.transform.position = {…}, which goes through a second small userdata that stands for
+ * one component of one entity. A handle holds no pointer into the world: the entity may be gone at any time,
+ * and then every use of it is an error that says so. One entity has one handle, so that handles are keys of
+ * tables. */
 #include "runtime/script/internal.h"
 
 #include <string.h>
@@ -16,31 +16,88 @@ typedef struct component_handle {
     kd_component_id component;
 } component_handle;
 
+/* addresses that key the registry */
+static const char handles_key;   /* number of an entity to its handle, which is not kept alive */
+static const char entity_key;    /* metatable */
+static const char component_key; /* metatable */
+static const char ids_key;       /* name of a component to its id */
+static const char paths_key;     /* "transform.position" to known_path */
+
+typedef struct known_path {
+    kd_component_id id;
+    const script_access *access;
+} known_path;
+
+/* ---- handles ---- */
+
 void script_push_entity(lua_State *L, kd_entity e) {
     if (e.generation == 0) {
         lua_pushnil(L);
         return;
     }
-    kd_entity *handle = lua_newuserdatauv(L, sizeof *handle, 0);
-    *handle = e;
-    luaL_setmetatable(L, ENTITY_TYPE);
+    luaL_checkstack(L, 4, "an entity");
+    lua_Integer number = (lua_Integer)((uint64_t)e.generation << 32 | e.index);
+    lua_rawgetp(L, LUA_REGISTRYINDEX, &handles_key);
+    if (lua_rawgeti(L, -1, number) == LUA_TNIL) {
+        lua_pop(L, 1);
+        kd_entity *handle = lua_newuserdatauv(L, sizeof *handle, 0);
+        *handle = e;
+        lua_rawgetp(L, LUA_REGISTRYINDEX, &entity_key);
+        lua_setmetatable(L, -2);
+        lua_pushvalue(L, -1);
+        lua_rawseti(L, -3, number);
+    }
+    lua_remove(L, -2);
+}
+
+/* Get the userdata at `index` when its metatable is the one given, else NULL. */
+static void *test_handle(lua_State *L, int index, const void *metatable) {
+    if (lua_type(L, index) != LUA_TUSERDATA || !lua_getmetatable(L, index))
+        return NULL;
+    bool same = lua_topointer(L, -1) == metatable;
+    lua_pop(L, 1);
+    return same ? lua_touserdata(L, index) : NULL;
+}
+
+bool script_is_entity(lua_State *L, int index) {
+    return test_handle(L, index, script_of(L)->entity_meta) != NULL;
+}
+
+kd_entity script_handle(lua_State *L, int index) {
+    kd_entity *e = test_handle(L, index, script_of(L)->entity_meta);
+    return e ? *e : *(kd_entity *)luaL_checkudata(L, index, ENTITY_TYPE); /* which raises */
+}
+
+static _Noreturn void is_gone(lua_State *L) {
+    luaL_error(L, "this entity was destroyed; keep no handle to it, or ask e:alive() first");
+    for (;;)
+        ; /* luaL_error never returns, but is not declared so */
 }
 
 kd_entity script_check_entity(lua_State *L, int index) {
-    kd_entity e = *(kd_entity *)luaL_checkudata(L, index, ENTITY_TYPE);
+    kd_entity e = script_handle(L, index);
     if (!kd_alive(script_of(L)->world, e))
-        luaL_error(L, "this entity was destroyed; keep no handle to it, or ask e:alive() first");
+        is_gone(L);
     return e;
+}
+
+bool script_handle_order(lua_State *L, int index, uint64_t *first, lua_Integer *second) {
+    const kd_script *script = script_of(L);
+    const kd_entity *e = test_handle(L, index, script->entity_meta);
+    const component_handle *c = e ? NULL : test_handle(L, index, script->component_meta);
+    if (c)
+        e = &c->entity;
+    if (!e)
+        return false;
+    *first = (uint64_t)e->index << 32 | e->generation;
+    *second = c ? (lua_Integer)c->component : 0;
+    return true;
 }
 
 /* ---- components ---- */
 
-/* Find the component that an entity has by name; raises otherwise. */
-static kd_component_id find_component(lua_State *L, kd_entity e, const char *name) {
+static _Noreturn void no_component(lua_State *L, kd_entity e, const char *name) {
     kd_world *w = script_of(L)->world;
-    kd_component_id id = kd_component_find(w, name);
-    if (id && kd_find_id(w, e, id))
-        return id;
     kd_nearest near = kd_nearest_to(name);
     for (kd_component_id i = 1; i <= kd_component_count(w); i++)
         if (kd_find_id(w, e, i))
@@ -48,175 +105,236 @@ static kd_component_id find_component(lua_State *L, kd_entity e, const char *nam
     const char *who = kd_get_name(w, e);
     if (near.best)
         luaL_error(L, "the entity '%s' has no '%s'; did you mean '%s'?", who, name, near.best);
-    luaL_error(L, "the entity '%s' has no '%s'; give it one when it is spawned", who, name);
-    return 0;
+    luaL_error(L, "the entity '%s' has no '%s'; give it one when it is spawned, or by e.%s = {}", who, name,
+               name);
+    for (;;)
+        ; /* as above */
 }
 
-static void set_field(lua_State *L, kd_entity e, kd_component_id id, const char *field, int index) {
+/* Id of the component that the string at `index` names; 0 when there is none. */
+static kd_component_id component_at(lua_State *L, int index) {
+    lua_pushvalue(L, index);
+    lua_rawgetp(L, LUA_REGISTRYINDEX, &ids_key);
+    lua_insert(L, -2);
+    lua_pushvalue(L, -1);
+    kd_component_id id = 0;
+    if (lua_rawget(L, -3) == LUA_TNUMBER) {
+        id = (kd_component_id)lua_tointeger(L, -1);
+    } else if ((id = kd_component_find(script_of(L)->world, lua_tostring(L, -2))) != 0) {
+        lua_pop(L, 1);
+        lua_pushinteger(L, (lua_Integer)id);
+        lua_rawset(L, -3);
+        lua_pushnil(L);
+        lua_pushnil(L);
+    }
+    lua_pop(L, 3);
+    return id;
+}
+
+kd_component_id script_check_component(lua_State *L, kd_entity e, int index) {
+    kd_component_id id = component_at(L, index);
+    if (!id || !kd_find_id(script_of(L)->world, e, id))
+        no_component(L, e, lua_tostring(L, index));
+    return id;
+}
+
+void script_write(lua_State *L, kd_entity e, kd_component_id id, const script_access *access, int index) {
     kd_world *w = script_of(L)->world;
-    const kd_component_desc *desc = kd_component_info(w, id);
-    char copy[1024]; /* changed aside, so that a value that is refused leaves nothing half written */
+    char copy[4096];
+    const kd_component_desc *desc = access->desc;
+    if (access->kind == SCRIPT_PLAIN && kd_find_id(w, e, id)) {
+        /* The field alone is read aside there, and nothing raises once the chunk is marked. */
+        char *value = kd_find_mut_id(w, e, id);
+        script_read_field(L, index, access, value);
+        return;
+    }
     if (desc->size > sizeof copy)
         luaL_error(L, "%s is too large to be set by a scenario", desc->name);
     memcpy(copy, kd_find_id(w, e, id), desc->size);
-    script_read_field(L, index, desc, field, copy);
+    script_read_field(L, index, access, copy);
     memcpy(kd_find_mut_id(w, e, id), copy, desc->size);
 }
 
 static int component_index(lua_State *L) {
-    component_handle *h = luaL_checkudata(L, 1, COMPONENT_TYPE);
+    const component_handle *h = test_handle(L, 1, script_of(L)->component_meta);
     kd_world *w = script_of(L)->world;
-    const void *value = kd_find_id(w, h->entity, h->component);
+    const void *value = h ? kd_find_id(w, h->entity, h->component) : NULL;
     if (!value)
-        return luaL_error(L, "this entity was destroyed; keep no handle to it, or ask e:alive() first");
-    script_push_field(L, kd_component_info(w, h->component), luaL_checkstring(L, 2), value);
+        is_gone(L);
+    script_push_field(L, script_access_at(L, kd_component_info(w, h->component), 2), value);
     return 1;
 }
 
 static int component_newindex(lua_State *L) {
-    component_handle *h = luaL_checkudata(L, 1, COMPONENT_TYPE);
-    if (!kd_find_id(script_of(L)->world, h->entity, h->component))
-        return luaL_error(L, "this entity was destroyed; keep no handle to it, or ask e:alive() first");
-    set_field(L, h->entity, h->component, luaL_checkstring(L, 2), 3);
-    return 0;
-}
-
-/* ---- methods ---- */
-
-/* Split "component.field"; returns the field and pushes the component's name. */
-static const char *split_path(lua_State *L, const char *path) {
-    const char *dot = strchr(path, '.');
-    if (!dot || dot == path || !dot[1])
-        luaL_error(L, "'%s' names no field; write component.field, such as transform.position", path);
-    lua_pushlstring(L, path, (size_t)(dot - path));
-    return dot + 1;
-}
-
-static int entity_set(lua_State *L) {
-    kd_entity e = script_check_entity(L, 1);
-    luaL_checkany(L, 3);
-    const char *field = split_path(L, luaL_checkstring(L, 2));
-    set_field(L, e, find_component(L, e, lua_tostring(L, -1)), field, 3);
-    lua_settop(L, 1);
-    return 1; /* so that calls can be chained */
-}
-
-static int entity_get(lua_State *L) {
-    kd_entity e = script_check_entity(L, 1);
-    const char *field = split_path(L, luaL_checkstring(L, 2));
-    kd_component_id id = find_component(L, e, lua_tostring(L, -1));
+    const component_handle *h = test_handle(L, 1, script_of(L)->component_meta);
     kd_world *w = script_of(L)->world;
-    script_push_field(L, kd_component_info(w, id), field, kd_find_id(w, e, id));
-    return 1;
-}
-
-static int entity_play(lua_State *L) {
-    kd_entity e = script_check_entity(L, 1);
-    kd_script *script = script_of(L);
-    kd_script_play play = {.clip = luaL_optstring(L, 2, NULL), .loop = true, .speed = 1};
-    if (!lua_isnoneornil(L, 3)) {
-        static const char *const keys[] = {"blend", "loop", "speed", NULL};
-        luaL_checktype(L, 3, LUA_TTABLE);
-        script_check_keys(L, 3, "play", keys);
-        script_read_play(L, 3, "play", &play);
-    }
-    if (!script->host.play)
-        return luaL_error(L, "clips cannot be played here");
-    kd_script_error error = {""};
-    uint64_t began = script_host_begin(L);
-    script_host_end(L, began, script->host.play(script->host.user, e, &play, &error), &error);
-    lua_settop(L, 1);
-    return 1;
-}
-
-static int entity_destroy(lua_State *L) {
-    kd_destroy(script_of(L)->world, script_check_entity(L, 1));
+    if (!h || !kd_find_id(w, h->entity, h->component))
+        is_gone(L);
+    script_write(L, h->entity, h->component, script_access_at(L, kd_component_info(w, h->component), 2), 3);
     return 0;
 }
 
-static int entity_alive(lua_State *L) {
-    kd_entity *e = luaL_checkudata(L, 1, ENTITY_TYPE);
-    lua_pushboolean(L, kd_alive(script_of(L)->world, *e));
-    return 1;
-}
-
-/* Find a descendant by name, parents before children, without recursion. */
-static kd_entity find_below(const kd_world *w, kd_entity root, const char *name) {
-    kd_entity e = kd_first_child(w, root);
-    while (e.generation) {
-        if (strcmp(kd_get_name(w, e), name) == 0)
-            return e;
-        kd_entity next = kd_first_child(w, e);
-        while (!next.generation && !kd_entity_equal(e, root)) {
-            next = kd_next_sibling(w, e);
-            if (!next.generation)
-                e = kd_get_parent(w, e);
-        }
-        e = next;
-    }
-    return KD_NO_ENTITY;
-}
-
-static int entity_child(lua_State *L) {
-    kd_entity e = script_check_entity(L, 1);
-    const char *name = luaL_checkstring(L, 2);
-    kd_entity child = find_below(script_of(L)->world, e, name);
-    if (!child.generation)
-        return luaL_error(L, "the entity '%s' has no child '%s'; `kandil info` lists a model's nodes",
-                          kd_get_name(script_of(L)->world, e), name);
-    script_push_entity(L, child);
-    return 1;
-}
-
-static const luaL_Reg methods[] = {
-    {"play", entity_play},   {"set", entity_set},     {"get", entity_get}, {"destroy", entity_destroy},
-    {"child", entity_child}, {"alive", entity_alive}, {NULL, NULL},
-};
-
-static int entity_index(lua_State *L) {
-    const char *key = luaL_checkstring(L, 2);
-    if (lua_getfield(L, lua_upvalueindex(1), key) != LUA_TNIL)
-        return 1;
-    kd_entity e = script_check_entity(L, 1);
-    if (strcmp(key, "name") == 0) {
-        lua_pushstring(L, kd_get_name(script_of(L)->world, e));
-        return 1;
-    }
-    kd_component_id id = find_component(L, e, key);
+void script_push_component(lua_State *L, kd_entity e, kd_component_id id) {
     component_handle *h = lua_newuserdatauv(L, sizeof *h, 0);
     *h = (component_handle){e, id};
-    luaL_setmetatable(L, COMPONENT_TYPE);
+    lua_rawgetp(L, LUA_REGISTRYINDEX, &component_key);
+    lua_setmetatable(L, -2);
+}
+
+/* A component with fields of the runtime's own cannot be made by a scenario: only the entities that have it
+ * know them. */
+static bool may_add(const kd_script_host *host, const kd_component_desc *desc) {
+    if (desc->on_remove)
+        return false;
+    for (uint32_t i = 0; host->may_write && i < desc->field_count; i++)
+        if (!host->may_write(host->user, desc->name, desc->fields[i].name))
+            return false;
+    return true;
+}
+
+void script_set_component(lua_State *L, kd_entity e, kd_component_id id, int index) {
+    int top = lua_gettop(L);
+    kd_world *w = script_of(L)->world;
+    const kd_component_desc *desc = kd_component_info(w, id);
+    index = lua_absindex(L, index);
+    char *value = lua_newuserdatauv(L, desc->size ? desc->size : 1, 0);
+    const void *start = kd_find_id(w, e, id);
+    if (!start && !may_add(&script_of(L)->host, desc))
+        luaL_error(L, "the entity '%s' has no '%s' itself; set it on the part that has, e:child(\"name\")",
+                   kd_get_name(w, e), desc->name);
+    if (!start)
+        start = desc->default_value;
+    if (start)
+        memcpy(value, start, desc->size);
+    else
+        memset(value, 0, desc->size);
+    script_read_component(L, index, desc, value);
+    void *there = desc->on_remove ? kd_find_mut_id(w, e, id) : NULL;
+    if (there) /* it keeps what it owns */
+        memcpy(there, value, desc->size);
+    else if (kd_set_value(w, e, (kd_value){desc, value}) != KD_OK)
+        luaL_error(L, "out of memory");
+    lua_settop(L, top);
+}
+
+static void remove_component(lua_State *L, kd_entity e, kd_component_id id) {
+    const kd_component_desc *desc = kd_component_info(script_of(L)->world, id);
+    if (!may_add(&script_of(L)->host, desc) || strcmp(desc->name, "transform") == 0)
+        luaL_error(L, "%s belongs to the entity; destroy the entity instead", desc->name);
+    kd_remove_id(script_of(L)->world, e, id);
+}
+
+/* ---- paths: component.field ---- */
+
+void script_path_at(lua_State *L, kd_entity e, int index, kd_component_id *id, const script_access **access) {
+    int top = lua_gettop(L);
+    const char *path = luaL_checkstring(L, index);
+    lua_pushvalue(L, index);
+    lua_rawgetp(L, LUA_REGISTRYINDEX, &paths_key);
+    lua_pushvalue(L, top + 1);
+    if (lua_rawget(L, top + 2) == LUA_TNIL) {
+        const char *dot = strchr(path, '.');
+        if (!dot || dot == path || !dot[1])
+            luaL_error(L, "'%s' names no field; write component.field, such as transform.position", path);
+        known_path found;
+        lua_pushlstring(L, path, (size_t)(dot - path));
+        found.id = script_check_component(L, e, lua_gettop(L));
+        found.access = script_access_named(L, kd_component_info(script_of(L)->world, found.id), dot + 1);
+        lua_pushvalue(L, top + 1);
+        *(known_path *)lua_newuserdatauv(L, sizeof found, 0) = found;
+        lua_pushvalue(L, -1);
+        lua_replace(L, top + 3);
+        lua_rawset(L, top + 2);
+    }
+    const known_path *found = lua_touserdata(L, top + 3);
+    *id = found->id;
+    *access = found->access;
+    if (!kd_find_id(script_of(L)->world, e, found->id))
+        no_component(L, e, found->access->desc->name);
+    lua_settop(L, top);
+}
+
+/* ---- metamethods ---- */
+
+static int entity_index(lua_State *L) {
+    lua_pushvalue(L, 2);
+    if (lua_rawget(L, lua_upvalueindex(1)) != LUA_TNIL)
+        return 1;
+    kd_entity e = script_check_entity(L, 1);
+    const char *key = luaL_checkstring(L, 2);
+    if (strcmp(key, "name") == 0)
+        lua_pushstring(L, kd_get_name(script_of(L)->world, e));
+    else if (strcmp(key, "parent") == 0)
+        script_push_entity(L, kd_get_parent(script_of(L)->world, e));
+    else
+        script_push_component(L, e, script_check_component(L, e, 2));
     return 1;
+}
+
+void script_set_parent(lua_State *L, kd_entity e, int index) {
+    kd_entity parent = KD_NO_ENTITY;
+    if (!lua_isnil(L, index)) {
+        if (!script_is_entity(L, index))
+            luaL_error(L, "parent must be an entity or nil, not a %s; correct it", luaL_typename(L, index));
+        parent = script_check_entity(L, index);
+    }
+    kd_status status = kd_set_parent(script_of(L)->world, e, parent);
+    if (status == KD_OUT_OF_RANGE)
+        luaL_error(L, "an entity cannot hang below itself; choose another parent");
+    else if (status != KD_OK)
+        luaL_error(L, "out of memory");
 }
 
 static int entity_newindex(lua_State *L) {
     kd_entity e = script_check_entity(L, 1);
     const char *key = luaL_checkstring(L, 2);
-    kd_world *w = script_of(L)->world;
+    kd_component_id id = component_at(L, 2);
     if (strcmp(key, "name") == 0) {
-        if (kd_set_name(w, e, luaL_checkstring(L, 3)) != KD_OK)
+        if (kd_set_name(script_of(L)->world, e, luaL_checkstring(L, 3)) != KD_OK)
             return luaL_error(L, "out of memory");
-        return 0;
+    } else if (strcmp(key, "parent") == 0) {
+        script_set_parent(L, e, 3);
+    } else if (!id) {
+        no_component(L, e, key);
+    } else if (lua_isnil(L, 3)) {
+        remove_component(L, e, id);
+    } else {
+        script_set_component(L, e, id, 3);
     }
-    return luaL_error(L, "'%s' cannot be set as a whole; set a field, such as e.%s.position", key, key);
+    return 0;
 }
 
 static int entity_equal(lua_State *L) {
-    kd_entity *a = luaL_testudata(L, 1, ENTITY_TYPE), *b = luaL_testudata(L, 2, ENTITY_TYPE);
+    const void *meta = script_of(L)->entity_meta;
+    const kd_entity *a = test_handle(L, 1, meta), *b = test_handle(L, 2, meta);
     lua_pushboolean(L, a && b && kd_entity_equal(*a, *b));
     return 1;
 }
 
 static int entity_text(lua_State *L) {
-    kd_entity *e = luaL_checkudata(L, 1, ENTITY_TYPE);
-    lua_pushfstring(L, "entity %d '%s'", (int)e->index, kd_get_name(script_of(L)->world, *e));
+    kd_entity e = script_handle(L, 1);
+    lua_pushfstring(L, "entity %d '%s'", (int)e.index, kd_get_name(script_of(L)->world, e));
     return 1;
 }
 
-static void protect(lua_State *L) {
+/* Keep the metatable at the top under a key; nothing in a scenario may see it. */
+static const void *keep_metatable(lua_State *L, const void *key) {
+    const void *metatable = lua_topointer(L, -1);
     lua_pushliteral(L, "protected");
     lua_setfield(L, -2, "__metatable");
-    lua_pop(L, 1);
+    lua_rawsetp(L, LUA_REGISTRYINDEX, key);
+    return metatable;
+}
+
+static void make_table(lua_State *L, const void *key, const char *mode) {
+    lua_newtable(L);
+    if (mode) {
+        lua_createtable(L, 0, 1);
+        lua_pushstring(L, mode);
+        lua_setfield(L, -2, "__mode");
+        lua_setmetatable(L, -2);
+    }
+    lua_rawsetp(L, LUA_REGISTRYINDEX, key);
 }
 
 void script_entity_open(lua_State *L) {
@@ -224,13 +342,17 @@ void script_entity_open(lua_State *L) {
         {"__newindex", entity_newindex}, {"__eq", entity_equal}, {"__tostring", entity_text}, {NULL, NULL}};
     static const luaL_Reg component_meta[] = {
         {"__index", component_index}, {"__newindex", component_newindex}, {NULL, NULL}};
+    kd_script *script = script_of(L);
+    make_table(L, &handles_key, "v");
+    make_table(L, &ids_key, NULL);
+    make_table(L, &paths_key, NULL);
     luaL_newmetatable(L, ENTITY_TYPE);
     luaL_setfuncs(L, entity_meta, 0);
-    luaL_newlib(L, methods);
+    script_push_functions(L, script_entity_methods);
     lua_pushcclosure(L, entity_index, 1);
     lua_setfield(L, -2, "__index");
-    protect(L);
+    script->entity_meta = keep_metatable(L, &entity_key);
     luaL_newmetatable(L, COMPONENT_TYPE);
     luaL_setfuncs(L, component_meta, 0);
-    protect(L);
+    script->component_meta = keep_metatable(L, &component_key);
 }

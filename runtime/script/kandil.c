@@ -10,8 +10,6 @@
 #include "runtime/core/log.h"
 #include "runtime/core/nearest.h"
 
-#define MAX_EVENTS 1000000
-
 /* ---- kandil.scene ---- */
 
 static void set_setting(lua_State *L, const char *key, int value) {
@@ -91,39 +89,6 @@ static int kandil_scene(lua_State *L) {
     return 0;
 }
 
-/* ---- kandil.at ---- */
-
-static bool grow_events(kd_script *script) {
-    uint32_t capacity = script->event_capacity ? script->event_capacity * 2 : 16;
-    script_event *events = realloc(script->events, capacity * sizeof *events);
-    if (!events)
-        return false;
-    script->events = events;
-    script->event_capacity = capacity;
-    return true;
-}
-
-static int kandil_at(lua_State *L) {
-    kd_script *script = script_of(L);
-    double time_s = luaL_checknumber(L, 1);
-    luaL_checktype(L, 2, LUA_TFUNCTION);
-    if (!isfinite(time_s) || time_s < 0)
-        return luaL_error(L, "kandil.at: the time is %f; give seconds from 0 on", time_s);
-    if (script->event_count == MAX_EVENTS)
-        return luaL_error(L, "kandil.at: more than %d events wait; use kandil.update", MAX_EVENTS);
-    if (script->event_count == script->event_capacity && !grow_events(script))
-        return luaL_error(L, "out of memory");
-    lua_settop(L, 2);
-    int function = luaL_ref(L, LUA_REGISTRYINDEX);
-    uint32_t at = script->event_count++;
-    for (; at > 0 && script->events[at - 1].time_s <= time_s;
-         at--) /* among equals the first said runs first */
-        script->events[at] = script->events[at - 1];
-    script->events[at] = (script_event){time_s, function};
-    script_charge(L, (int64_t)(script->event_count - at) / 4);
-    return 0;
-}
-
 /* ---- the rest ---- */
 
 static int kandil_log(lua_State *L) {
@@ -139,18 +104,63 @@ static int kandil_spawn(lua_State *L) {
     return script_spawn(L);
 }
 
-static const luaL_Reg functions[] = {
-    {"scene", kandil_scene}, {"spawn", kandil_spawn}, {"at", kandil_at}, {"log", kandil_log}, {NULL, NULL},
+/* kandil.set("voxels.span", 0.05): a setting, from the next step on. */
+static int kandil_set(lua_State *L) {
+    const char *key = luaL_checkstring(L, 1);
+    luaL_checkany(L, 2);
+    lua_settop(L, 2);
+    set_setting(L, key, 2);
+    return 0;
+}
+
+static int kandil_time(lua_State *L) {
+    double time_s = script_of(L)->step_s;
+    lua_pushnumber(L, time_s < 0 ? 0 : time_s);
+    return 1;
+}
+
+const script_function script_functions[] = {
+    {"scene", kandil_scene, "kandil.scene { size, fps, seconds, gi, view, settings }",
+     "what is to be rendered, said while the scenario loads"},
+    {"spawn", kandil_spawn,
+     "kandil.spawn { name, model, mesh, material, animation, parent, component = {…} }",
+     "make an entity; returns its handle"},
+    {"find", script_find, "kandil.find(\"name\")", "the entity named so first, or nil"},
+    {"query", script_query, "for e, light in kandil.query(\"light\", \"!camera\", \"?animation\") do",
+     "walk the entities that have these components, lack those with `!`, and give nil for those with `?` "
+     "that are missing"},
+    {"get", script_get_singleton, "kandil.get(\"frame.index\")",
+     "read a field of a component that the world has one of"},
+    {"set", kandil_set, "kandil.set(\"view.exposure_ev\", 1)", "change a setting from the next step on"},
+    {"param", script_param_get, "kandil.param(\"name\", default)",
+     "what `--set param.name=value` says, of the default's kind, else the default"},
+    {"time", kandil_time, "kandil.time()", "time of the step, seconds; 0 while the scenario loads"},
+    {"at", script_at, "kandil.at(time, f)",
+     "call f(t) once, in the first step at or after that time; returns a task"},
+    {"every", script_every, "kandil.every(period, f)",
+     "call f(t) again and again, first after one period, until it returns false; returns a task"},
+    {"run", script_run, "kandil.run(f, …)", "run f(…) as a coroutine that may wait; returns a task"},
+    {"wait", script_wait, "kandil.wait(seconds), kandil.wait(task, …), kandil.wait()",
+     "in a coroutine: go on that much later, when all these tasks have ended, in the next step"},
+    {"tween", script_tween_start,
+     "kandil.tween(e, \"component.field\", value, seconds, \"easing\"), kandil.tween(f, seconds, \"easing\")",
+     "move a field to a value, or call f(share) every step; returns a task"},
+    {"ease", script_ease_value, "kandil.ease(\"easing\", share)", "value of an easing curve"},
+    {"path", script_path, "kandil.path { {x, y, z}, …, closed = false }", "a smooth curve through points"},
+    {"follow", script_follow, "kandil.follow(e, path, seconds, { easing, loop, look_at })",
+     "move an entity along a path at constant speed, or by an easing; returns a task"},
+    {"log", kandil_log, "kandil.log(…)", "write a line; as print"},
+    {NULL, NULL, NULL, NULL},
 };
 
 static _Noreturn void unknown_member(lua_State *L, const char *key) {
     kd_nearest near = kd_nearest_to(key);
-    for (const luaL_Reg *f = functions; f->name; f++)
+    for (const script_function *f = script_functions; f->name; f++)
         kd_nearest_offer(&near, f->name);
     kd_nearest_offer(&near, "update");
     if (near.best)
         luaL_error(L, "kandil.%s does not exist; did you mean kandil.%s?", key, near.best);
-    luaL_error(L, "kandil.%s does not exist; there are scene, spawn, at, log and update", key);
+    luaL_error(L, "kandil.%s does not exist; `kandil help scenario` lists what does", key);
     for (;;)
         ; /* luaL_error never returns, but is not declared so */
 }
@@ -182,7 +192,7 @@ static int kandil_newindex(lua_State *L) {
 }
 
 void script_kandil_open(lua_State *L) {
-    luaL_newlib(L, functions);
+    script_push_functions(L, script_functions);
     lua_newtable(L);
     lua_pushcfunction(L, kandil_index);
     lua_setfield(L, -2, "__index");

@@ -19,27 +19,46 @@
 #define BYTES_CHARGED 256     /* allocated bytes that cost as much as one instruction */
 #define MAX_LIST      4194304 /* entries of a list that one call of the table library may walk */
 
+/* Before every block stands the number of the allocation, by which objects have an order of their own
+ * (order.c): addresses differ from run to run, numbers of two objects compare alike in all. */
+typedef struct block_head {
+    uint64_t number;
+} block_head;
+
+static void release(script_budget *budget, void *block, size_t size) {
+    if (!block)
+        return;
+    free((block_head *)block - 1);
+    budget->memory_used -= size + sizeof(block_head);
+}
+
 static void *allocate(void *user, void *block, size_t old_size, size_t new_size) {
     script_budget *budget = user;
-    if (!block)
-        old_size = 0; /* Lua passes a type tag here */
     if (new_size == 0) {
-        free(block);
-        budget->memory_used -= old_size;
+        release(budget, block, old_size);
         return NULL;
     }
-    if (new_size > old_size) {
-        size_t more = new_size - old_size;
+    size_t had = block ? old_size + sizeof(block_head) : 0; /* without a block old_size is a type */
+    size_t wanted = new_size + sizeof(block_head);
+    if (wanted > had) {
+        size_t more = wanted - had;
         budget->instructions_left -= (int64_t)(more / BYTES_CHARGED);
-        if (more > budget->memory_limit - budget->memory_used) {
+        if (wanted < new_size || more > budget->memory_limit - budget->memory_used) {
             budget->over_memory = true;
             return NULL;
         }
     }
-    void *grown = realloc(block, new_size);
-    if (grown)
-        budget->memory_used += new_size - old_size;
-    return grown;
+    block_head *grown = realloc(block ? (block_head *)block - 1 : NULL, wanted);
+    if (!grown)
+        return NULL;
+    if (!block)
+        grown->number = ++budget->allocations;
+    budget->memory_used = budget->memory_used - had + wanted;
+    return grown + 1;
+}
+
+uint64_t script_creation_number(const void *block) {
+    return ((const block_head *)block - 1)->number;
 }
 
 /* Raise at what runs on stack level `level`: in a hook the interrupted function is level 0, in a call its
@@ -110,6 +129,9 @@ static int safe_setmetatable(lua_State *L) {
         lua_pushliteral(L, "__gc");
         if (lua_rawget(L, 2) != LUA_TNIL)
             return luaL_error(L, "finalizers (__gc) are not available in scenarios; remove it");
+        lua_pushliteral(L, "__mode");
+        if (lua_rawget(L, 2) != LUA_TNIL)
+            return luaL_error(L, "weak tables (__mode) would show when memory is collected; remove it");
     }
     lua_settop(L, 2);
     lua_setmetatable(L, 1);
@@ -180,76 +202,6 @@ static int print_line(lua_State *L) {
     luaL_pushresult(&line);
     kd_log(KD_LOG_INFO, "%s: %s", script_of(L)->path, lua_tostring(L, -1));
     return 0;
-}
-
-/* Rank of a key's type: numbers, then strings, then booleans, then what has no order of its own. */
-static int key_rank(lua_State *L, int index) {
-    int type = lua_type(L, index);
-    return type == LUA_TNUMBER ? 0 : type == LUA_TSTRING ? 1 : type == LUA_TBOOLEAN ? 2 : 3;
-}
-
-static bool string_less(lua_State *L, int a, int b) {
-    size_t n, m;
-    const char *left = lua_tolstring(L, a, &n), *right = lua_tolstring(L, b, &m);
-    int order = memcmp(left, right, n < m ? n : m);
-    return order < 0 || (order == 0 && n < m);
-}
-
-static int key_less(lua_State *L) {
-    int a = key_rank(L, 1), b = key_rank(L, 2);
-    bool less = a < b;
-    if (a == b && a == 0)
-        less = lua_compare(L, 1, 2, LUA_OPLT) != 0;
-    if (a == b && a == 1)
-        less = string_less(L, 1, 2);
-    if (a == b && a == 2)
-        less = !lua_toboolean(L, 1) && lua_toboolean(L, 2);
-    lua_pushboolean(L, less);
-    return 1;
-}
-
-/* Upvalues: the table, its sorted keys, the number of the last one given out. */
-static int next_sorted(lua_State *L) {
-    lua_Integer i = lua_tointeger(L, lua_upvalueindex(3));
-    for (;;) {
-        lua_settop(L, 0);
-        if (lua_rawgeti(L, lua_upvalueindex(2), ++i) == LUA_TNIL)
-            return 1;
-        lua_pushvalue(L, 1);
-        if (lua_rawget(L, lua_upvalueindex(1)) != LUA_TNIL)
-            break; /* else removed meanwhile */
-    }
-    lua_pushinteger(L, i);
-    lua_replace(L, lua_upvalueindex(3));
-    return 2;
-}
-
-/* Lua hashes strings with a seed of its own, so that its order of keys differs between runs; ours does not.
- */
-static int sorted_pairs(lua_State *L) {
-    luaL_checkany(L, 1);
-    if (luaL_getmetafield(L, 1, "__pairs") != LUA_TNIL) {
-        lua_pushvalue(L, 1);
-        lua_call(L, 1, 3);
-        return 3;
-    }
-    luaL_checktype(L, 1, LUA_TTABLE);
-    lua_settop(L, 1);
-    lua_pushvalue(L, lua_upvalueindex(1)); /* table.sort */
-    lua_newtable(L);
-    lua_Integer count = 0;
-    for (lua_pushnil(L); lua_next(L, 1); lua_pop(L, 1)) {
-        lua_pushvalue(L, -2);
-        lua_rawseti(L, 3, ++count);
-    }
-    script_charge(L, count);
-    lua_pushvalue(L, 3);
-    lua_insert(L, 2); /* table, keys, sort, keys */
-    lua_pushcfunction(L, key_less);
-    lua_call(L, 2, 0);
-    lua_pushinteger(L, 0);
-    lua_pushcclosure(L, next_sorted, 3);
-    return 1;
 }
 
 /* ---- table and maths libraries ---- */
@@ -325,11 +277,6 @@ static void replace_base_library(lua_State *L) {
     lua_pushnil(L);
     lua_setfield(L, -2, "close");
     lua_pop(L, 1);
-    lua_getglobal(L, "table");
-    lua_getfield(L, -1, "sort");
-    lua_pushcclosure(L, sorted_pairs, 1);
-    lua_setglobal(L, "pairs");
-    lua_pop(L, 1);
 }
 
 void script_sandbox_open(lua_State *L, uint64_t seed) {
@@ -346,6 +293,7 @@ void script_sandbox_open(lua_State *L, uint64_t seed) {
     replace_base_library(L);
     bound_table_library(L);
     script_sandbox_string(L);
+    script_order_open(L);
     script_text_open(L);
     seed_math_library(L, seed);
 }

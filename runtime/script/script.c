@@ -7,10 +7,10 @@
 #include <string.h>
 
 #include "runtime/core/log.h"
+#include "runtime/ecs/query.h"
 #include "runtime/script/internal.h"
 
 #define MAX_SOURCE_BYTES ((size_t)16 << 20)
-#define DUE_TOLERANCE_S  1e-9 /* times are multiples of 1/fps, which has no exact value */
 
 /* ---- messages ---- */
 
@@ -45,19 +45,21 @@ static kd_status report(kd_script *script, int result) {
     copy_line(line, sizeof line,
               text ? text : "stopped with an error that is no text; give error() a string");
     lua_pop(L, 1);
-    size_t chunk = strlen(script->chunk);
-    bool placed = strncmp(line, script->chunk, chunk) == 0 && line[chunk] == ':';
-    return kd_fail(KD_SCRIPT, "%s%s%s%s", script->path, placed ? "" : ": ", placed ? line + chunk : line,
+    const script_chunk *chunk = script_chunk_of(script, line);
+    return kd_fail(KD_SCRIPT, "%s%s%s%s", chunk ? chunk->path : script->path, chunk ? "" : ": ",
+                   chunk ? line + strlen(chunk->name) : line,
                    has_advice(line) ? "" : "; correct the scenario there");
 }
 
-/* Put the line of the innermost Lua function before the message at the top, unless a place stands there
- * already. */
-static void add_place(lua_State *L) {
-    const char *chunk = script_of(L)->chunk, *text = lua_tostring(L, -1);
-    size_t length = strlen(chunk);
+void script_explain(lua_State *L) {
     lua_Debug activation;
-    if (!text || (strncmp(text, chunk, length) == 0 && text[length] == ':'))
+    if (lua_type(L, -1) != LUA_TSTRING && luaL_getmetafield(L, -1, "__tostring") != LUA_TNIL) {
+        lua_pop(L, 1);
+        luaL_tolstring(L, -1, NULL);
+        lua_remove(L, -2);
+    }
+    const char *text = lua_tostring(L, -1);
+    if (!text || script_chunk_of(script_of(L), text))
         return;
     for (int level = 0; lua_getstack(L, level, &activation); level++) {
         if (lua_getinfo(L, "Sl", &activation) && activation.currentline > 0) {
@@ -72,11 +74,7 @@ static void add_place(lua_State *L) {
 /* Runs inside the protected call, before the stack is unwound. An error value with __tostring speaks through
  * it. */
 static int message_handler(lua_State *L) {
-    if (lua_type(L, 1) != LUA_TSTRING && luaL_getmetafield(L, 1, "__tostring") != LUA_TNIL) {
-        lua_pop(L, 1);
-        luaL_tolstring(L, 1, NULL);
-    }
-    add_place(L);
+    script_explain(L);
     return 1;
 }
 
@@ -108,7 +106,11 @@ static kd_status add_roots(kd_script *script, const kd_script_desc *desc) {
 static int open_all(lua_State *L) {
     const uint64_t *seed = lua_touserdata(L, 1);
     script_sandbox_open(L, *seed);
+    script_access_open(L);
+    script_module_open(L);
     script_entity_open(L);
+    script_task_open(L);
+    script_tween_open(L);
     script_kandil_open(L);
     return 0;
 }
@@ -129,11 +131,11 @@ static kd_status open_state(kd_script *script, const kd_script_desc *desc) {
 static kd_status run_file(kd_script *script) {
     void *data;
     size_t size;
-    char name[72];
+    char name[sizeof script->chunks->name + 2];
     kd_status status = kd_file_read(script->path, MAX_SOURCE_BYTES, &data, &size);
     if (status != KD_OK)
         return status;
-    snprintf(name, sizeof name, "@%s", script->chunk);
+    snprintf(name, sizeof name, "@%s", script->chunks[0].name);
     script_budget_start(script);
     int result = luaL_loadbufferx(script->L, data, size, name, "t");
     free(data);
@@ -151,8 +153,21 @@ static kd_script *make(const kd_script_desc *desc) {
     script->instruction_limit = desc->instruction_limit ? desc->instruction_limit : 50000000;
     script->time_limit_ns = (uint64_t)((desc->time_limit_s > 0 ? desc->time_limit_s : 5) * 1e9);
     snprintf(script->path, sizeof script->path, "%s", desc->path);
-    snprintf(script->chunk, sizeof script->chunk - 8, "%s", kd_path_name(desc->path));
+    script->step_s = -1;
     return script;
+}
+
+static kd_status add_params(kd_script *script, const kd_script_desc *desc) {
+    script->params = calloc(desc->param_count + 1, sizeof *script->params);
+    script->param_names = calloc(SCRIPT_MAX_PARAM_NAMES, sizeof *script->param_names);
+    bool ok = script->params && script->param_names;
+    for (uint32_t i = 0; i < desc->param_count && ok; i++) {
+        script->params[i].text = strdup(desc->params[i]);
+        ok = script->params[i].text != NULL;
+        script->param_count += ok;
+    }
+    ok = ok && script_add_chunk(script, kd_path_name(desc->path), desc->path);
+    return ok ? KD_OK : kd_fail(KD_NO_MEMORY, "%s: out of memory", desc->path);
 }
 
 kd_status kd_script_load(const kd_script_desc *desc, kd_script **out) {
@@ -162,9 +177,13 @@ kd_status kd_script_load(const kd_script_desc *desc, kd_script **out) {
         return kd_fail(KD_NO_MEMORY, "%s: out of memory", desc->path);
     kd_status status = add_roots(script, desc);
     if (status == KD_OK)
+        status = add_params(script, desc);
+    if (status == KD_OK)
         status = open_state(script, desc);
     if (status == KD_OK)
         status = run_file(script);
+    if (status == KD_OK)
+        status = script_check_params(script);
     if (status == KD_OK)
         *out = script;
     else
@@ -174,29 +193,19 @@ kd_status kd_script_load(const kd_script_desc *desc, kd_script **out) {
 
 /* ---- stepping ---- */
 
-static kd_status run_due_event(kd_script *script, double time_s) {
-    script_event event = script->events[--script->event_count];
-    lua_rawgeti(script->L, LUA_REGISTRYINDEX, event.function);
-    luaL_unref(script->L, LUA_REGISTRYINDEX, event.function);
-    lua_pushnumber(script->L, time_s);
-    return call(script, 1);
+/* Time and length of the step are on the stack. */
+static int run_step(lua_State *L) {
+    script_run_due(L, lua_tonumber(L, 1));
+    if (script_of(L)->update == LUA_NOREF)
+        return 0;
+    lua_rawgeti(L, LUA_REGISTRYINDEX, script_of(L)->update);
+    lua_insert(L, 1);
+    lua_call(L, 2, 0);
+    return 0;
 }
 
 kd_status kd_script_step(kd_script *script, double time_s, double dt_s) {
-    uint32_t limit = 0;
-    while (script->event_count > 0 &&
-           script->events[script->event_count - 1].time_s <= time_s + DUE_TOLERANCE_S) {
-        if (++limit > 100000)
-            return kd_fail(KD_SCRIPT,
-                           "%s: more than 100000 events of kandil.at fell due in one step; spread them",
-                           script->path);
-        kd_status status = run_due_event(script, time_s);
-        if (status != KD_OK)
-            return status;
-    }
-    if (script->update == LUA_NOREF)
-        return KD_OK;
-    lua_rawgeti(script->L, LUA_REGISTRYINDEX, script->update);
+    lua_pushcfunction(script->L, run_step);
     lua_pushnumber(script->L, time_s);
     lua_pushnumber(script->L, dt_s);
     return call(script, 2);
@@ -211,7 +220,18 @@ void kd_script_destroy(kd_script *script) {
         return;
     if (script->L)
         lua_close(script->L);
+    for (uint32_t i = 0; i < script->query_count; i++)
+        kd_query_destroy(script->queries[i]);
+    for (uint32_t i = 0; i < script->chunk_count; i++)
+        free(script->chunks[i].path);
+    for (uint32_t i = 0; i < script->param_count; i++)
+        free(script->params[i].text);
+    free(script->queries);
+    free(script->chunks);
+    free(script->params);
+    free(script->param_names);
     free(script->events);
+    free(script->active);
     free(script->roots);
     free(script);
 }

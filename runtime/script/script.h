@@ -5,12 +5,13 @@
  * models, shapes, materials and clips are made by the host that the application hands in.
  *
  * A scenario can reach neither the system nor native code, reads no file but those that the host loads from
- * below its folder or the asset roots, and every call into it has a limit of memory, instructions and time.
+ * below its folder or the asset roots, and every step of it has a limit of memory, instructions and time.
  */
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "runtime/core/math.h"
 #include "runtime/core/status.h"
@@ -70,6 +71,11 @@ typedef struct kd_script_host {
     /* Make an entity that has at least a transform, below the parent. */
     kd_status (*spawn)(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error);
     kd_status (*play)(void *user, kd_entity entity, const kd_script_play *play, kd_script_error *error);
+    /* Find a clip of the entity's model: its number in the component "animation", and its length. */
+    kd_status (*find_clip)(void *user, kd_entity entity, const char *clip, uint32_t *number, float *length_s,
+                           kd_script_error *error);
+    /* Copy an entity and what hangs below it. NULL: kd_instantiate does. */
+    kd_status (*clone)(void *user, kd_entity entity, kd_entity parent, kd_entity *out, kd_script_error *error);
     /* Tell whether scenarios may set a field: most are, but not numbers that other systems trust. NULL: all
      * are. */
     bool (*may_write)(void *user, const char *component, const char *field);
@@ -81,10 +87,12 @@ typedef struct kd_script_desc {
     const char *path;
     const char *const *roots; /* [root_count] folders beside the scenario's own */
     uint32_t root_count;
+    const char *const *params; /* [param_count] "NAME=value", for kandil.param */
+    uint32_t param_count;
     uint64_t seed;              /* of math.random */
     size_t memory_limit;        /* bytes; 0 means 256 MiB */
-    uint64_t instruction_limit; /* a call; 0 means 50 million */
-    double time_limit_s;        /* a call, the host's own work left out; 0 means 5 */
+    uint64_t instruction_limit; /* of a step, or of loading; 0 means 50 million */
+    double time_limit_s;        /* likewise, the host's own work left out; 0 means 5 */
     kd_world *world;            /* kept; must outlive the script, its components registered */
     kd_script_host host;        /* kept */
 } kd_script_desc;
@@ -97,7 +105,8 @@ typedef struct kd_script_desc {
  */
 kd_status kd_script_load(const kd_script_desc *desc, kd_script **out);
 
-/** Run one simulation step: what kandil.at asked for and is due, in order of time, then kandil.update.
+/** Run one simulation step: what is due of kandil.at, every and run, in order of time, then tweens, then
+ * kandil.update.
  *  Errors as kd_script_load; after one the script must not be stepped again. */
 kd_status kd_script_step(kd_script *script, double time_s, double dt_s);
 
@@ -105,5 +114,10 @@ kd_status kd_script_step(kd_script *script, double time_s, double dt_s);
 size_t kd_script_bytes(const kd_script *script);
 
 void kd_script_destroy(kd_script *script); /* NULL does nothing */
+
+/** Write the reference of what scenarios can use, in Markdown: functions, methods, components with their fields.
+ *  may_write  tells which fields are to be shown as settable; NULL: all */
+void kd_script_write_reference(const kd_world *w, bool (*may_write)(void *user, const char *component, const char *field),
+                               FILE *out);
 
 #endif

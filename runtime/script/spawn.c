@@ -33,13 +33,13 @@ static bool is_one_of(const char *const *words, const char *word) {
     return false;
 }
 
-static void check_spawn_keys(lua_State *L) {
-    for (lua_pushnil(L); lua_next(L, 1); lua_pop(L, 1)) {
+void script_check_spawn_keys(lua_State *L, int table, const char *what) {
+    for (lua_pushnil(L); lua_next(L, table); lua_pop(L, 1)) {
         if (lua_type(L, -2) != LUA_TSTRING)
-            luaL_error(L, WHAT ": entries without a name are not allowed; write key = value");
+            luaL_error(L, "%s: entries without a name are not allowed; write key = value", what);
         const char *key = lua_tostring(L, -2);
         if (!is_one_of(own_keys, key) && !kd_component_find(script_of(L)->world, key))
-            script_unknown(L, WHAT, key, kd_nearest_word(key, own_keys));
+            script_unknown(L, what, key, kd_nearest_word(key, own_keys));
     }
 }
 
@@ -112,7 +112,7 @@ static void read_material(lua_State *L, kd_script_material *material) {
 static kd_entity read_parent(lua_State *L) {
     kd_entity parent = KD_NO_ENTITY;
     if (lua_getfield(L, 1, "parent") != LUA_TNIL) {
-        if (!luaL_testudata(L, -1, "kandil.entity"))
+        if (!script_is_entity(L, -1))
             luaL_error(L, WHAT ".parent must be an entity that kandil.spawn returned, not a %s",
                        luaL_typename(L, -1));
         parent = script_check_entity(L, -1);
@@ -121,65 +121,36 @@ static kd_entity read_parent(lua_State *L) {
     return parent;
 }
 
-/* A component with fields of the runtime's own cannot be made by a scenario: only the entities that have it
- * know them. */
-static bool may_add(const kd_script_host *host, const kd_component_desc *desc) {
-    for (uint32_t i = 0; host->may_write && i < desc->field_count; i++)
-        if (!host->may_write(host->user, desc->name, desc->fields[i].name))
-            return false;
-    return true;
-}
-
 /* Set the components of the table on the entity, in order of registration. */
-static void set_components(lua_State *L, kd_entity e) {
+void script_set_components(lua_State *L, int table, kd_entity e) {
+    int top = lua_gettop(L);
     kd_world *w = script_of(L)->world;
+    table = lua_absindex(L, table);
     for (kd_component_id id = 1; id <= kd_component_count(w); id++) {
         const kd_component_desc *desc = kd_component_info(w, id);
-        if (is_one_of(host_keys, desc->name) || lua_getfield(L, 1, desc->name) == LUA_TNIL) {
-            lua_settop(L, 1);
-            continue;
-        }
-        char *value = lua_newuserdatauv(L, desc->size ? desc->size : 1, 0);
-        const void *start = kd_find_id(w, e, id);
-        if (!start && !may_add(&script_of(L)->host, desc))
-            luaL_error(L, WHAT ".%s: what is spawned has no '%s' itself; set it on the part that has, e:child(\"name\")",
-                       desc->name, desc->name);
-        if (!start)
-            start = desc->default_value;
-        if (start)
-            memcpy(value, start, desc->size);
-        else
-            memset(value, 0, desc->size);
-        if (desc->size)
-            script_read_component(L, 2, desc, value);
-        if (kd_set_value(w, e, (kd_value){desc, value}) != KD_OK)
-            luaL_error(L, "out of memory");
-        lua_settop(L, 1);
+        if (!is_one_of(host_keys, desc->name) && lua_getfield(L, table, desc->name) != LUA_TNIL)
+            script_set_component(L, e, id, lua_gettop(L));
+        lua_settop(L, top);
     }
 }
 
 void script_read_play(lua_State *L, int table, const char *what, kd_script_play *play) {
+    static const char *const keys[] = {"clip", "loop", "speed", "blend", NULL};
+    script_check_keys(L, table, what, keys);
     play->loop = script_get_bool(L, table, what, "loop", true);
     play->speed = (float)script_get_number(L, table, what, "speed", 1, -1000, 1000);
     play->blend_s = (float)script_get_number(L, table, what, "blend", 0, 0, 3600);
 }
 
 static void start_animation(lua_State *L, kd_entity e) {
-    static const char *const keys[] = {"clip", "loop", "speed", NULL};
-    kd_script *script = script_of(L);
     if (lua_getfield(L, 1, "animation") != LUA_TNIL) {
         if (!lua_istable(L, -1))
             luaL_error(L, WHAT ".animation must be a table such as { clip = \"walk\" }, not a %s",
                        luaL_typename(L, -1));
         int table = lua_gettop(L);
-        script_check_keys(L, table, "animation", keys);
         kd_script_play play = {.clip = script_get_string(L, table, "animation", "clip")};
         script_read_play(L, table, "animation", &play);
-        if (!script->host.play)
-            luaL_error(L, "clips cannot be played here");
-        kd_script_error error = {""};
-        uint64_t began = script_host_begin(L);
-        script_host_end(L, began, script->host.play(script->host.user, e, &play, &error), &error);
+        script_play(L, e, &play);
     }
     lua_settop(L, 1);
 }
@@ -192,7 +163,7 @@ int script_spawn(lua_State *L) {
     kd_entity e = KD_NO_ENTITY;
     luaL_checktype(L, 1, LUA_TTABLE);
     lua_settop(L, 1);
-    check_spawn_keys(L);
+    script_check_spawn_keys(L, 1, WHAT);
     spawn.name = script_get_string(L, 1, WHAT, "name");
     spawn.model = script_get_string(L, 1, WHAT, "model");
     read_mesh(L, &spawn.mesh);
@@ -206,7 +177,7 @@ int script_spawn(lua_State *L) {
         spawn.model = script_resolve(L, spawn.model, path);
     uint64_t began = script_host_begin(L);
     script_host_end(L, began, script->host.spawn(script->host.user, &spawn, &e, &error), &error);
-    set_components(L, e);
+    script_set_components(L, 1, e);
     start_animation(L, e);
     script_push_entity(L, e);
     return 1;

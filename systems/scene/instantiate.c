@@ -26,10 +26,8 @@ typedef struct builder {
     uint32_t *first_joint; /* store joint entities, of each skin of the model */
 } builder;
 
-/* Give the instance vertices of its own where its mesh changes shape. Room was reserved. */
-static uint32_t add_deformed(builder *b, uint32_t mesh_number, bool with_skin)
+uint32_t scene_add_deformed(kd_scene_store *s, uint32_t mesh_number, bool with_skin)
 {
-    kd_scene_store *s = b->store;
     const kd_store_mesh *mesh = &s->meshes[mesh_number];
     s->deformed[s->deformed_count] =
         (kd_store_deformed){.mesh = mesh_number, .first_primitive = s->deformed_primitive_count};
@@ -101,7 +99,7 @@ static void mesh_parts(builder *b, const kd_node_desc *node, node_parts *parts)
     bool with_skin = mesh->skinned && node->skin != KD_NONE;
     bool deforms = with_skin || mesh->morph_count;
     parts->mesh =
-        (kd_mesh_instance){.mesh = number, .deformed = deforms ? add_deformed(b, number, with_skin) : 0};
+        (kd_mesh_instance){.mesh = number, .deformed = deforms ? scene_add_deformed(b->store, number, with_skin) : 0};
     add_value(parts, &kd_mesh_instance_desc, &parts->mesh);
     if (with_skin) {
         parts->skin = (kd_skin_instance){.skin = b->entry->first_skin + node->skin,
@@ -248,9 +246,7 @@ kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, co
                    kd_status_text(status));
 }
 
-/* The next entity of the subtree in depth-first order; KD_NO_ENTITY at the end. No recursion: depth is the
- * file's choice. */
-static kd_entity next_below(const kd_world *w, kd_entity root, kd_entity e)
+kd_entity scene_next_below(const kd_world *w, kd_entity root, kd_entity e)
 {
     kd_entity next = kd_first_child(w, e);
     while (!next.generation && !kd_entity_equal(e, root)) {
@@ -262,7 +258,7 @@ static kd_entity next_below(const kd_world *w, kd_entity root, kd_entity e)
 
 void kd_scene_override_material(kd_world *w, kd_entity root, uint32_t material)
 {
-    for (kd_entity e = root; e.generation; e = next_below(w, root, e)) {
+    for (kd_entity e = root; e.generation; e = scene_next_below(w, root, e)) {
         kd_mesh_instance *instance = kd_find_mut(w, e, kd_mesh_instance);
         if (instance)
             instance->material = material + 1;
@@ -292,10 +288,10 @@ static kd_status no_clips(kd_world *w, kd_entity root, const char *clip)
                    name && *name ? name : number, clip);
 }
 
-kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop, float speed, float blend_s)
+kd_status kd_scene_find_clip(kd_world *w, kd_entity root, const char *clip, uint32_t *number, float *length_s)
 {
     const kd_scene_store *s = scene_store_get(w);
-    kd_animation *a = kd_find_mut(w, root, kd_animation);
+    const kd_animation *a = kd_find(w, root, kd_animation);
     if (!s || !a || !a->model || a->model > s->model_count)
         return no_clips(w, root, clip ? clip : "");
     const kd_store_model *entry = &s->models[a->model - 1];
@@ -305,13 +301,26 @@ kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop
         found++;
     if (found == entry->model->clip_count)
         return unknown_clip(entry->model, clip);
+    *number = entry->first_clip + found + 1;
+    *length_s = entry->model->clips[found].duration;
+    return KD_OK;
+}
+
+kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop, float speed, float blend_s)
+{
+    uint32_t number;
+    float length_s;
+    kd_status status = kd_scene_find_clip(w, root, clip, &number, &length_s);
+    if (status != KD_OK)
+        return status;
+    kd_animation *a = kd_find_mut(w, root, kd_animation);
     a->previous_clip = a->clip;
     a->previous_time_s = a->time_s;
     a->previous_speed = a->paused ? 0 : a->speed;
     a->previous_loop = a->loop;
     a->blend_s = a->blend_left_s = blend_s > 0 ? blend_s : 0;
-    a->clip = entry->first_clip + found + 1;
-    a->time_s = speed < 0 ? entry->model->clips[found].duration : 0;
+    a->clip = number;
+    a->time_s = speed < 0 ? length_s : 0;
     a->speed = speed;
     a->loop = loop;
     a->paused = false;

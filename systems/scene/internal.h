@@ -113,4 +113,11 @@ kd_status scene_register_draw_list(kd_schedule *s);
 kd_status scene_register_draw_upload(kd_schedule *s);
 kd_status scene_register_camera(kd_schedule *s);
 
+/** Give an instance vertices of its own where its mesh changes shape. Room was reserved.
+ *  Returns its entry in kd_scene_store.deformed plus one */
+uint32_t scene_add_deformed(kd_scene_store *s, uint32_t mesh, bool with_skin);
+/** The next entity of the subtree in depth-first order; KD_NO_ENTITY at the end. No recursion: depth is the
+ * file's choice. */
+kd_entity scene_next_below(const kd_world *w, kd_entity root, kd_entity e);
+
 #endif

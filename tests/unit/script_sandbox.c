@@ -33,7 +33,7 @@ static void expect_failure(const char *text, const char *says) {
 static void the_system_is_out_of_reach(void **state) {
     (void)state;
     assert_int_equal(
-        run("for _, n in ipairs{'os','io','package','debug','require','dofile','loadfile','collectgarbage'} "
+        run("for _, n in ipairs{'os','io','package','debug','dofile','loadfile','collectgarbage'} "
             "do\n"
             "  if _G[n] ~= nil then error(n) end end\n"
             "assert(string.dump == nil)\n"
@@ -57,7 +57,7 @@ static void the_system_is_out_of_reach(void **state) {
             "assert(not pcall(setmetatable, {}, {__gc = function() end}))\n"
             "assert(getmetatable(kandil) == 'protected')\n"
             "assert(getmetatable(kandil.spawn{}) == 'protected')\n"
-            "for _, n in ipairs{'os','io','package','debug','require','dofile','loadfile','collectgarbage'} "
+            "for _, n in ipairs{'os','io','package','debug','dofile','loadfile','collectgarbage'} "
             "do\n"
             "  if _G[n] ~= nil then error(n) end end\n"),
         KD_OK);

@@ -3,6 +3,7 @@
 
 #include "tests/deform_fixture.h"
 
+#include "components/animation.h"
 #include "components/camera.h"
 #include "components/light.h"
 #include "systems/hierarchy/hierarchy.h"
@@ -113,6 +114,36 @@ static void deformed_instances_get_vertices_of_their_own(void **state)
     assert_int_equal(store->joint_entity_count, 6);
     assert_false(kd_entity_equal(store->joint_entities[0], store->joint_entities[3]));
     assert_true(kd_alive(s->world, store->deformed[1].entity));
+}
+
+/* The copy of an instance has its joints, its vertices and its numbers in the store's lists; the original keeps
+ * its own. */
+static void a_copy_moves_on_its_own(void **state)
+{
+    stage *s = *state;
+    kd_entity root = spawn(s, add(s, fixture_character(2, 10, 3, 0, 1))), copy;
+    const kd_scene_store *store = kd_singleton(s->world, kd_scene_store);
+    uint32_t entities = kd_entity_count(s->world), nodes = store->node_entity_count;
+    assert_int_equal(kd_scene_clone(s->world, root, KD_NO_ENTITY, &copy), KD_OK);
+    assert_int_equal(kd_entity_count(s->world), 2 * entities);
+    assert_int_equal(store->deformed_count, 2);
+    assert_int_equal(store->vertex_count, 81); /* as two instances, see above */
+    assert_int_equal(store->joint_entity_count, 6);
+    for (uint32_t i = 0; i < 3; i++) {
+        kd_entity top = store->joint_entities[3 + i];
+        assert_false(kd_entity_equal(store->joint_entities[i], top));
+        while (kd_get_parent(s->world, top).generation)
+            top = kd_get_parent(s->world, top);
+        assert_true(kd_entity_equal(top, copy));
+    }
+    kd_entity skinned = store->deformed[1].entity;
+    assert_true(kd_alive(s->world, skinned) && !kd_entity_equal(skinned, store->deformed[0].entity));
+    assert_int_equal(kd_find(s->world, skinned, kd_skin_instance)->first_joint, 3);
+    assert_int_equal(kd_find(s->world, skinned, kd_mesh_instance)->deformed, 2);
+    const kd_animation *animation = kd_find(s->world, copy, kd_animation);
+    if (animation)
+        assert_int_equal(animation->first_node, nodes);
+    assert_int_equal(kd_scene_clone(s->world, KD_NO_ENTITY, KD_NO_ENTITY, &copy), KD_NOT_FOUND);
 }
 
 static void packed_weights_sum_to_one(void **state)
@@ -339,6 +370,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         STAGED(ranges_of_models_follow_each_other), STAGED(deformed_instances_get_vertices_of_their_own),
+        STAGED(a_copy_moves_on_its_own),
         STAGED(packed_weights_sum_to_one),          STAGED(overridden_material_reaches_every_mesh_below),
         STAGED(draws_are_sorted_and_batched),       STAGED(hidden_and_new_meshes_are_left_out),
         STAGED(rigid_bounds_hold_the_turned_box),   STAGED(skinned_bounds_are_conservative),

@@ -1,0 +1,10 @@
+# Run PROGRAM with ARGS (a list) and compare what it prints with the file COMMITTED, byte for byte.
+execute_process(COMMAND ${PROGRAM} ${ARGS} OUTPUT_VARIABLE text RESULT_VARIABLE rc)
+if(NOT rc EQUAL 0)
+    message(FATAL_ERROR "${PROGRAM} ended with ${rc}")
+endif()
+file(READ ${COMMITTED} committed)
+if(NOT text STREQUAL committed)
+    string(REPLACE ";" " " words "${ARGS}")
+    message(FATAL_ERROR "${COMMITTED} is not what the program says: run kandil ${words} > ${COMMITTED} and commit it")
+endif()
