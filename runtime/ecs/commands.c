@@ -386,8 +386,7 @@ static uint32_t run_length(const kd_world *w, const ecs_command_head *heads, uin
 static bool apply_run(kd_world *w, const ecs_command_head *heads, uint32_t n, ecs_table *t, uint32_t row)
 {
     kd_component_id id = set_id(command_at(w, heads));
-    ecs_archetype *a = ecs_archetype_toggle(w, t->archetype, id);
-    ecs_table *to = a ? ecs_table_ensure(w, a, t->depth) : NULL;
+    ecs_table *to = ecs_neighbour(w, t, id);
     if (!to || n > ECS_ROW_MASK - to->count || !ecs_table_reserve(w, to, to->count + n))
         return false;
     uint32_t first = to->count, column = to->column_of[id];

@@ -130,18 +130,6 @@ uint32_t kd_component_count(const kd_world *w)
     return atomic_load_explicit(&w->component_count, memory_order_acquire);
 }
 
-void ecs_write_value(const kd_world *w, kd_component_id id, void *to, const void *value)
-{
-    const ecs_component *c = &w->components[id];
-    const void *from = value ? value : c->desc->default_value;
-    if (from == to)
-        return;
-    if (from)
-        ecs_copy(to, from, c->size);
-    else
-        memset(to, 0, c->size);
-}
-
 void ecs_release_value(const kd_world *w, kd_component_id id, void *value)
 {
     const kd_component_desc *desc = w->components[id].desc;

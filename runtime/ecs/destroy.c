@@ -4,43 +4,52 @@
 #include "runtime/ecs/internal.h"
 
 /* ---- one, with its children ---- */
-static void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row)
+static inline void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t row)
 {
     if (t->depth)
         ecs_hierarchy_unlink(w, e.index, ecs_parents(t)[row].index);
     if (w->any_observed)
         ecs_event_row(w, KD_ON_REMOVE | KD_ON_DESTROY, t, row);
-    ecs_name_drop(w, e.index);
+    if (e.index < w->name_limit)
+        ecs_name_drop(w, e.index);
     if (w->side_limit)
         ecs_sides_drop(w, e.index);
-    ecs_table_release_rows(w, t, row, 1);
+    if (t->archetype->hooked)
+        ecs_table_release_rows(w, t, row, 1);
     ecs_table_remove(w, t, row);
     ecs_handle_give(w, e);
 }
 
 /* Leaves first, and without a stack: descend to the first child until there is none, destroy, go back up. */
-void kd_destroy(kd_world *w, kd_entity e)
+static void destroy_subtree(kd_world *w, uint32_t root)
 {
-    ecs_table *t;
-    uint32_t row;
-    if (!ecs_locate(w, e, &t, &row))
-        return;
-    ecs_structure_changed(w, "kd_destroy");
-    uint32_t root = ecs_entities(t)[row].index, at = root;
+    uint32_t at = root;
     for (;;) {
         uint32_t child = ecs_first_child(w, at);
         if (child != ECS_NONE) {
             at = child;
             continue;
         }
-        t = ecs_table_of(w, at);
-        row = ecs_row_of(w, at);
-        uint32_t parent = t->depth ? ecs_parents(t)[row].index : ECS_NONE;
-        destroy_one(w, ecs_entities(t)[row], t, row);
+        ecs_table *t = ecs_table_of(w, at);
+        uint32_t row = ecs_row_of(w, at), parent = t->depth ? ecs_parents(t)[row].index : ECS_NONE;
+        destroy_one(w, ecs_handle_at(w, at), t, row);
         if (at == root)
-            break;
+            return;
         at = parent;
     }
+}
+
+void kd_destroy(kd_world *w, kd_entity e)
+{
+    ecs_table *t;
+    uint32_t row;
+    if (!ecs_settle(w, &e, &t, &row))
+        return;
+    ecs_structure_changed(w, "kd_destroy");
+    if (ecs_first_child(w, e.index) == ECS_NONE)
+        destroy_one(w, e, t, row);
+    else
+        destroy_subtree(w, e.index);
     ecs_events_settle(w);
 }
 

@@ -93,10 +93,8 @@ static void move_subtree(kd_world *w, uint32_t root, uint32_t old_base, uint32_t
 {
     for (uint32_t at = root; at != ECS_NONE; at = ecs_subtree_next(w, root, at)) {
         ecs_table *from = ecs_table_of(w, at), *to = destination(w, at, old_base, new_base);
-        uint32_t from_row = ecs_row_of(w, at);
-        kd_entity e = ecs_entities(from)[from_row];
-        ecs_place(w, e, to, ecs_table_append(w, to, e, from, from_row));
-        ecs_table_remove(w, from, from_row);
+        uint32_t dropped = to->depth ? 0 : from->column_count - 1u; /* the parents */
+        ecs_table_move_row(w, from, ecs_row_of(w, at), to, ecs_handle_at(w, at), dropped, 0);
     }
 }
 

@@ -4,7 +4,9 @@
 /* What the files of this module share. One idea a file:
  *   memory.c       aligned blocks, counted against the world
  *   component.c    descriptions and their ids in one world
- *   table.c        archetypes (sets of components), tables (an archetype at one depth; struct of arrays)
+ *   archetype.c    sets of components, and where adding or removing one leads
+ *   table.c        the entities of an archetype at one depth, struct of arrays
+ *   rows.c         rows that come, go and move; versions of what changed
  *   entity.c       handles
  *   spawn.c        making entities
  *   value.c        the values of one entity
@@ -116,6 +118,15 @@ static inline void ecs_copy(void *to, const void *from, uint32_t size)
     default:
         memcpy(to, from, size);
     }
+}
+static inline void ecs_zero(void *to, uint32_t size)
+{
+    if (size == 4)
+        memset(to, 0, 4);
+    else if (size == 8)
+        memset(to, 0, 8);
+    else
+        memset(to, 0, size);
 }
 static inline uint32_t ecs_column_of(const ecs_table *t, kd_component_id id)
 {
@@ -303,24 +314,56 @@ static inline const ecs_component *ecs_component_of(const kd_world *w, kd_compon
     return &w->components[id];
 }
 /** Write a value, or the component's default when value is NULL. */
-void ecs_write_value(const kd_world *w, kd_component_id id, void *to, const void *value);
+static inline void ecs_write_value(const kd_world *w, kd_component_id id, void *to, const void *value)
+{
+    const ecs_component *c = &w->components[id];
+    const void *from = value ? value : c->desc->default_value;
+    if (from == to)
+        return;
+    if (from)
+        ecs_copy(to, from, c->size);
+    else
+        ecs_zero(to, c->size);
+}
 void ecs_release_value(const kd_world *w, kd_component_id id, void *value); /* runs on_remove */
 
-/* table.c */
+/* archetype.c */
 ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_id id); /* NULL when out */
-ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth);             /* NULL when out */
+void ecs_archetype_free(kd_world *w, ecs_archetype *a);
+
+/* table.c */
+ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth); /* NULL when out */
+ecs_table *ecs_neighbour_ensure(kd_world *w, const ecs_table *t, kd_component_id id);
+/** The table that an entity of `t` lies in when `id` is added, or removed if it has it. NULL when out. */
+static inline ecs_table *ecs_neighbour(kd_world *w, const ecs_table *t, kd_component_id id)
+{
+    const ecs_archetype *a = t->archetype;
+    uint32_t edge = id < a->edge_limit ? a->edges[id] : ECS_NONE;
+    if (edge == ECS_NONE)
+        return ecs_neighbour_ensure(w, t, id);
+    const ecs_archetype *b = w->archetypes[edge];
+    return t->depth < b->depth_limit && b->tables[t->depth] ? b->tables[t->depth]
+                                                            : ecs_neighbour_ensure(w, t, id);
+}
 bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows);
-/** Append a row for the entity, which must have room; copies what `from` (may be NULL) has in common. */
-uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e, const ecs_table *from, uint32_t from_row);
+void ecs_tables_fini(kd_world *w);
+
+/* rows.c */
+/** Give the entity a row at the end, which must have room; its values are not set. */
+uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e);
 /** Take a row out, moving the last one into its place. Runs no hooks. */
 void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row);
+/** Move an entity's row to the end of `to`, which must have room; the last row fills the gap. The tables have
+ * the same columns in the same order, but for `dropped` of t and `added` of `to`, which is left unset (0 or
+ * ECS_TAG_COLUMN: none; a parent column that only `to` has is not counted). Returns the new row. */
+uint32_t ecs_table_move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to, kd_entity e,
+                            uint32_t dropped, uint32_t added);
 /** Move n rows, beginning at `row`, to the end of `to`, which must have room; the last rows fill the gap. */
 void ecs_table_move_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t n, ecs_table *to);
 void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row,
                             uint32_t count);                                   /* on_remove of every value */
-void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count); /* all columns changed */
+void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count); /* rows came or moved */
 void ecs_column_stamp(kd_world *w, ecs_table *t, uint32_t column, uint32_t row, uint32_t count);
-void ecs_tables_fini(kd_world *w);
 
 /* commands.c */
 kd_entity ecs_commands_resolve(const kd_world *w, kd_entity e); /* KD_NO_ENTITY when unknown */
@@ -330,19 +373,23 @@ void ecs_commands_fini(kd_world *w);
 bool ecs_handles_reserve(kd_world *w, uint32_t n);
 kd_entity ecs_handle_take(kd_world *w); /* the index freed last comes first; room was reserved */
 void ecs_handle_give(kd_world *w, kd_entity e);
-/** Where does the entity lie, if it is alive? Pending handles lead to what they became. */
-static inline bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row)
+/** Where does the entity lie, if it is alive? A pending handle becomes the lasting one. */
+static inline bool ecs_settle(const kd_world *w, kd_entity *e, ecs_table **t, uint32_t *row)
 {
-    ecs_record r = e.index < w->head.entity_limit ? w->head.records[e.index] : 0;
-    if (ecs_record_generation(r) != e.generation || !e.generation) {
-        e = e.generation & ECS_PENDING ? ecs_commands_resolve(w, e) : KD_NO_ENTITY;
-        r = e.index < w->head.entity_limit ? w->head.records[e.index] : 0;
-        if (ecs_record_generation(r) != e.generation || !e.generation)
+    ecs_record r = e->index < w->head.entity_limit ? w->head.records[e->index] : 0;
+    if (ecs_record_generation(r) != e->generation || !e->generation) {
+        *e = e->generation & ECS_PENDING ? ecs_commands_resolve(w, *e) : KD_NO_ENTITY;
+        r = e->index < w->head.entity_limit ? w->head.records[e->index] : 0;
+        if (ecs_record_generation(r) != e->generation || !e->generation)
             return false;
     }
     *t = w->head.tables[ecs_record_table(r)];
     *row = ecs_record_row(r);
     return true;
+}
+static inline bool ecs_locate(const kd_world *w, kd_entity e, ecs_table **t, uint32_t *row)
+{
+    return ecs_settle(w, &e, t, row);
 }
 static inline ecs_table *ecs_table_of(const kd_world *w, uint32_t index)
 {
@@ -359,7 +406,7 @@ static inline void ecs_place(kd_world *w, kd_entity e, const ecs_table *t, uint3
 }
 static inline kd_entity ecs_handle_at(const kd_world *w, uint32_t index)
 {
-    return ecs_entities(ecs_table_of(w, index))[ecs_row_of(w, index)];
+    return (kd_entity){index, ecs_record_generation(w->head.records[index])};
 }
 static inline void ecs_structure_changed(kd_world *w, const char *call)
 {

@@ -58,9 +58,8 @@ typedef struct ecs_table {
     uint16_t column_count; /* all, with entities and parents */
     uint16_t depth;
     uint32_t incoming;      /* rows about to arrive while a subtree is moved */
-    uint32_t stamped_chunk; /* where, and with which version, all columns were stamped last */
-    uint64_t stamped_version;
     struct ecs_archetype *archetype;
+    uint64_t unused;
     ecs_column columns[]; /* 0: entities; then components by id; last, when depth > 0: parents */
 } ecs_table;
 

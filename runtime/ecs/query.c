@@ -239,19 +239,18 @@ static void show_rows(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t 
 }
 
 /* Does an accessed column bear a version after `since` in this word (0: of the whole table, 1 + i: of chunk
- * i)? A query that accesses nothing looks at the rows' arrival. */
+ * i), or have rows come or moved? */
 static bool word_changed(const kd_query *q, const ecs_match *m, uint32_t word, uint64_t since)
 {
-    bool none = true;
+    const ecs_table *t = m->table;
+    if (__atomic_load_n(&t->versions[word], __ATOMIC_RELAXED) > since)
+        return true;
     for (uint32_t i = 0; i < q->term_count; i++) {
         uint32_t c = m->columns[i];
-        if (c == 0 || c == ECS_TAG_COLUMN)
-            continue;
-        none = false;
-        if (__atomic_load_n(&ecs_versions(m->table, c)[word], __ATOMIC_RELAXED) > since)
+        if (c && c != ECS_TAG_COLUMN && __atomic_load_n(&ecs_versions(t, c)[word], __ATOMIC_RELAXED) > since)
             return true;
     }
-    return none && __atomic_load_n(&ecs_versions(m->table, 0)[word], __ATOMIC_RELAXED) > since;
+    return false;
 }
 
 static bool sparse_changed(const kd_query *q, uint64_t since)

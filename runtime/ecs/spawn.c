@@ -109,8 +109,7 @@ static kd_entity spawn_ids_at(kd_world *w, const kd_component_id *ids, const voi
         (w->head.sparse_count && !sparse_reserve(w, 1, ids, values, count)))
         return KD_NO_ENTITY;
     kd_entity e = ecs_handle_take(w);
-    uint32_t row = ecs_table_append(w, t, e, NULL, 0);
-    ecs_place(w, e, t, row);
+    uint32_t row = ecs_table_append(w, t, e);
     write_row(w, t, row, ids, values, count);
     if (w->head.sparse_count)
         sparse_write(w, e, ids, values, count);
@@ -205,8 +204,7 @@ static kd_entity spawn_on_path(kd_world *w, const ecs_path *p, const kd_value *v
         (p->sparse && !sparse_reserve(w, 1, p->ids, from, p->count)))
         return KD_NO_ENTITY;
     kd_entity e = ecs_handle_take(w);
-    uint32_t row = ecs_table_append(w, t, e, NULL, 0);
-    ecs_place(w, e, t, row);
+    uint32_t row = ecs_table_append(w, t, e);
     for (uint32_t i = 0; i < p->count; i++) {
         if (p->columns[i] - 1u >= ECS_TAG_COLUMN - 1)
             continue; /* a tag, or beside the table */

@@ -37,14 +37,6 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
 }
 
 /* ---- setting and removing ---- */
-static uint32_t move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to)
-{
-    kd_entity e = ecs_entities(t)[row];
-    uint32_t to_row = ecs_table_append(w, to, e, t, row);
-    ecs_place(w, e, to, to_row);
-    return to_row;
-}
-
 static kd_status set_sparse(kd_world *w, kd_entity e, kd_component_id id, const void *value)
 {
     kd_event event = ecs_side_find(w, id, e.index) ? KD_ON_SET : KD_ON_ADD;
@@ -54,40 +46,41 @@ static kd_status set_sparse(kd_world *w, kd_entity e, kd_component_id id, const 
     return status;
 }
 
+static kd_status replace_value(kd_world *w, kd_entity e, ecs_table *t, uint32_t row, kd_component_id id,
+                               const void *value)
+{
+    uint32_t column = t->column_of[id];
+    void *to = ecs_value_at(w, t, column, row);
+    ecs_event(w, KD_ON_SET, e, id, NULL);
+    if (column == ECS_TAG_COLUMN || to == value)
+        return KD_OK;
+    ecs_release_value(w, id, to);
+    ecs_write_value(w, id, to, value);
+    ecs_column_stamp(w, t, column, row, 1);
+    return KD_OK;
+}
+
 kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *value)
 {
     ecs_table *t;
     uint32_t row;
     if (!id)
         return KD_NO_MEMORY;
-    if (!ecs_locate(w, e, &t, &row))
+    if (!ecs_settle(w, &e, &t, &row))
         return KD_NOT_FOUND;
     if (w->components[id].sparse)
-        return set_sparse(w, ecs_entities(t)[row], id, value);
-    uint32_t column = ecs_column_of(t, id);
-    if (column) {
-        ecs_event(w, KD_ON_SET, ecs_entities(t)[row], id, NULL);
-        void *to = ecs_value_at(w, t, column, row);
-        if (column == ECS_TAG_COLUMN || to == value)
-            return KD_OK;
-        ecs_release_value(w, id, to);
-        ecs_write_value(w, id, to, value);
-        ecs_column_stamp(w, t, column, row, 1);
-        return KD_OK;
-    }
+        return set_sparse(w, e, id, value);
+    if (ecs_column_of(t, id))
+        return replace_value(w, e, t, row, id, value);
     ecs_structure_changed(w, "kd_set");
-    ecs_archetype *a = ecs_archetype_toggle(w, t->archetype, id);
-    ecs_table *to = a ? ecs_table_ensure(w, a, t->depth) : NULL;
+    ecs_table *to = ecs_neighbour(w, t, id);
     if (!to || !ecs_rows_reserve(w, to, 1, &value, 1))
         return KD_NO_MEMORY;
-    uint32_t to_row = move_row(w, t, row, to);
-    column = to->column_of[id];
-    if (column != ECS_TAG_COLUMN)
-        ecs_write_value(w, id, ecs_value_at(w, to, column, to_row),
-                        value); /* before the old row goes: value may lie there */
-    kd_entity moved = ecs_entities(t)[row];
-    ecs_table_remove(w, t, row);
-    ecs_event(w, KD_ON_ADD, moved, id, NULL);
+    uint32_t column = to->column_of[id];
+    if (column != ECS_TAG_COLUMN) /* before the row moves: the value may lie in it */
+        ecs_write_value(w, id, ecs_value_at(w, to, column, to->count), value);
+    ecs_table_move_row(w, t, row, to, e, 0, column);
+    ecs_event(w, KD_ON_ADD, e, id, NULL);
     return KD_OK;
 }
 
@@ -98,34 +91,39 @@ kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value)
     return status;
 }
 
+static void remove_sparse(kd_world *w, kd_entity e, kd_component_id id)
+{
+    const void *value = w->observed[id] ? ecs_side_find(w, id, e.index) : NULL;
+    if (value)
+        ecs_event(w, KD_ON_REMOVE, e, id, w->components[id].size ? value : NULL);
+    ecs_side_remove(w, id, e.index);
+    ecs_events_settle(w);
+}
+
 kd_status kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
 {
     ecs_table *t;
     uint32_t row;
-    if (!ecs_locate(w, e, &t, &row))
+    if (!ecs_settle(w, &e, &t, &row))
         return KD_NOT_FOUND;
     if (w->components[id].sparse) {
-        kd_entity known = ecs_entities(t)[row];
-        const void *value = ecs_side_find(w, id, known.index);
-        if (value)
-            ecs_event(w, KD_ON_REMOVE, known, id, w->components[id].size ? value : NULL);
-        ecs_side_remove(w, id, known.index);
-        ecs_events_settle(w);
+        remove_sparse(w, e, id);
         return KD_OK;
     }
-    if (!ecs_column_of(t, id))
+    uint32_t column = ecs_column_of(t, id);
+    if (!column)
         return KD_OK;
     ecs_structure_changed(w, "kd_remove");
-    ecs_archetype *a = ecs_archetype_toggle(w, t->archetype, id);
-    ecs_table *to = a ? ecs_table_ensure(w, a, t->depth) : NULL;
-    if (!to || !ecs_table_reserve(w, to, to->count + 1))
+    ecs_table *to = ecs_neighbour(w, t, id);
+    if (!to || !ecs_rows_reserve(w, to, 1, NULL, 0))
         return KD_NO_MEMORY;
-    ecs_event(w, KD_ON_REMOVE, ecs_entities(t)[row], id,
-              ecs_column_of(t, id) == ECS_TAG_COLUMN ? NULL : ecs_value_at(w, t, ecs_column_of(t, id), row));
-    ecs_side_disable(w, id, ecs_entities(t)[row].index, false);
-    ecs_release_value(w, id, ecs_value_at(w, t, ecs_column_of(t, id), row));
-    move_row(w, t, row, to);
-    ecs_table_remove(w, t, row);
+    void *value = ecs_value_at(w, t, column, row);
+    ecs_event(w, KD_ON_REMOVE, e, id, column == ECS_TAG_COLUMN ? NULL : value);
+    if (w->components[id].side)
+        ecs_side_disable(w, id, e.index, false);
+    if (t->archetype->hooked)
+        ecs_release_value(w, id, value);
+    ecs_table_move_row(w, t, row, to, e, column, 0);
     ecs_events_settle(w);
     return KD_OK;
 }
