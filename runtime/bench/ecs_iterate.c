@@ -158,6 +158,25 @@ static void bench_get(bench_run *run, kd_world *w, uint32_t n, const kd_entity *
     bench_report(&b);
 }
 
+static void bench_get_lookup(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
+    uint32_t inner = bench_repeats(n);
+    kd_lookup positions = KD_LOOKUP(w, bench_position);
+    bench b = bench_begin(run, "get_random_lookup", n, "ns/entity", (double)n * inner);
+    b.limit = plain_get(run, n, e);
+    while (bench_more(&b)) {
+        float sum = 0;
+        bench_start(&b);
+        for (uint32_t j = 0; j < inner; j++)
+            for (uint32_t i = 0; i < n; i++) {
+                const bench_position *p = kd_lookup_find(&positions, e[i]);
+                sum += p->x;
+            }
+        bench_stop(&b);
+        bench_sink = (double)sum;
+    }
+    bench_report(&b);
+}
+
 static void bench_alive(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
     uint32_t inner = bench_repeats(n);
     bench b = bench_begin(run, "is_alive_random", n, "ns/entity", (double)n * inner);
@@ -174,14 +193,17 @@ static void bench_alive(bench_run *run, kd_world *w, uint32_t n, const kd_entity
 }
 
 void bench_ecs_access(bench_run *run, uint32_t n, kd_entity *e) {
-    bool get = bench_wanted(run, "get_random"), alive = bench_wanted(run, "is_alive_random");
-    kd_world *w = get || alive ? bench_world(run) : NULL;
+    bool get = bench_wanted(run, "get_random"), lookup = bench_wanted(run, "get_random_lookup"),
+         alive = bench_wanted(run, "is_alive_random");
+    kd_world *w = get || lookup || alive ? bench_world(run) : NULL;
     if (!w)
         return;
     bench_fill(w, e, n);
     bench_shuffle(e, n);
     if (get)
         bench_get(run, w, n, e);
+    if (lookup)
+        bench_get_lookup(run, w, n, e);
     if (alive)
         bench_alive(run, w, n, e);
     kd_world_destroy(w);

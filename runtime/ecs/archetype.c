@@ -119,11 +119,18 @@ static bool edges_reserve(kd_world *w, ecs_archetype *a, kd_component_id id)
     return true;
 }
 
-/* The archetype with `id` added, or removed if it is here; a NULL `a` stands for "the empty set itself". */
+bool ecs_archetypes_init(kd_world *w)
+{
+    size_t bytes = (ECS_MAX_COMPONENTS + 1) * sizeof *w->head.places;
+    w->head.places = ecs_grow(w, NULL, 0, bytes);
+    if (w->head.places)
+        memset(w->head.places, 0, bytes);
+    return w->head.places && archetype_ensure(w, NULL, 0);
+}
+
+/* The archetype with `id` added, or removed if it is here. */
 ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_id id)
 {
-    if (!a)
-        return archetype_ensure(w, NULL, 0);
     if (id < a->edge_limit && a->edges[id] != ECS_NONE)
         return w->archetypes[a->edges[id]];
     kd_component_id ids[ECS_MAX_COMPONENTS + 1];

@@ -39,7 +39,7 @@ kd_entity ecs_handle_take(kd_world *w)
     if (!w->free_count)
         return (kd_entity){w->head.entity_limit++, 1};
     ecs_record r = w->head.records[w->free_first];
-    kd_entity e = {w->free_first, ecs_record_table(r)};
+    kd_entity e = {w->free_first, ecs_record_next_generation(r)};
     w->free_first = ecs_record_row(r);
     w->free_count--;
     return e;
@@ -48,10 +48,10 @@ kd_entity ecs_handle_take(kd_world *w)
 void ecs_handle_give(kd_world *w, kd_entity e)
 {
     w->alive_count--;
-    w->head.records[e.index] = 0;
+    w->head.records[e.index] = ECS_DEAD;
     if (e.generation == ECS_MAX_GENERATION)
         return; /* all its handles were used: the index rests for ever */
-    w->head.records[e.index] = ecs_record_make(e.generation + 1, w->free_first, 0);
+    w->head.records[e.index] = ecs_record_make_free(w->free_first, e.generation + 1);
     w->free_first = e.index;
     w->free_count++;
 }

@@ -41,9 +41,8 @@
 #include "runtime/ecs/query.h"
 #include "runtime/ecs/world.h"
 
-#define ECS_MAX_COMPONENTS 512u
-#define ECS_CHUNK_ROWS     256u /* rows that share one change version: a few KiB of a column */
-_Static_assert(sizeof(ecs_table) == 64, "a table's first column begins its second cache line");
+#define ECS_CHUNK_ROWS 256u /* rows that share one change version: a few KiB of a column */
+_Static_assert(sizeof(ecs_table) <= 64, "what is asked of every table lies in one cache line");
 #define ECS_MAX_DEPTH 65535u
 #define ECS_PENDING   0x80000000u /* in kd_entity.generation: made by a command buffer, see commands.c */
 #define ECS_NONE      0xffffffffu
@@ -330,6 +329,7 @@ void ecs_release_value(const kd_world *w, kd_component_id id, void *value); /* r
 /* archetype.c */
 ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_id id); /* NULL when out */
 void ecs_archetype_free(kd_world *w, ecs_archetype *a);
+bool ecs_archetypes_init(kd_world *w); /* the empty set, and room for what tables note; false when out */
 
 /* table.c */
 ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth); /* NULL when out */

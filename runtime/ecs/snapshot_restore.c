@@ -22,6 +22,7 @@ typedef struct storage {
     ecs_record *records;
     uint32_t entity_limit, table_count;
     ecs_table **tables;
+    ecs_places *places;
     uint8_t rest[STORAGE_END - STORAGE_BEGIN];
 } storage;
 
@@ -54,15 +55,18 @@ static void swap_bytes(void *a, void *b, size_t size)
 /* Exchange the world's storage with `other`; the queries' lists of matches go with it. */
 static void swap_storage(kd_world *w, storage *other)
 {
-    storage now = {w->head.records, w->head.entity_limit, w->head.table_count, w->head.tables, {0}};
+    storage now = {w->head.records, w->head.entity_limit, w->head.table_count, w->head.tables,
+                   w->head.places,  {0}};
     w->head.records = other->records;
     w->head.entity_limit = other->entity_limit;
     w->head.table_count = other->table_count;
     w->head.tables = other->tables;
+    w->head.places = other->places;
     other->records = now.records;
     other->entity_limit = now.entity_limit;
     other->table_count = now.table_count;
     other->tables = now.tables;
+    other->places = now.places;
     swap_bytes((uint8_t *)w + STORAGE_BEGIN, other->rest, sizeof other->rest);
     for (kd_query *q = w->queries; q; q = q->next) {
         swap_bytes(&q->matches, &q->kept_matches, sizeof q->matches);
@@ -146,7 +150,7 @@ static kd_status read_header(reader *in)
     if (h->checksum != XXH3_64bits(in->data + SNAPSHOT_HASHED, in->size - SNAPSHOT_HASHED))
         return kd_fail(KD_BAD_FORMAT, "%s: the snapshot is damaged (its checksum differs); take another",
                        in->name);
-    if (h->component_count > ECS_MAX_COMPONENTS || h->table_count > ECS_TABLE_MASK ||
+    if (h->component_count > ECS_MAX_COMPONENTS || h->table_count > ECS_MAX_TABLES ||
         h->entity_limit > ECS_ROW_MASK || (uint64_t)h->alive_count + h->free_count > h->entity_limit)
         return damaged(in, "the counts in the header are impossible");
     return KD_OK;
@@ -321,13 +325,16 @@ static kd_status read_free(reader *in)
         if (e.index >= h->entity_limit || e.generation < 2 || e.generation > ECS_MAX_GENERATION ||
             w->head.records[e.index])
             return damaged(in, "a free handle is impossible");
-        w->head.records[e.index] = ecs_record_make(e.generation, w->free_first, 0);
+        w->head.records[e.index] = ecs_record_make_free(w->free_first, e.generation);
         w->free_first = e.index;
         w->free_count++;
     }
-    for (uint32_t i = 0; i < resting; i++)
-        if (entity_at(rest, i).index >= h->entity_limit || w->head.records[entity_at(rest, i).index])
+    for (uint32_t i = 0; i < resting; i++) {
+        uint32_t index = entity_at(rest, i).index;
+        if (index >= h->entity_limit || w->head.records[index])
             return damaged(in, "a resting handle is impossible");
+        w->head.records[index] = ECS_DEAD;
+    }
     return KD_OK;
 }
 
@@ -504,7 +511,7 @@ static kd_status build(reader *in)
      */
     if ((uint64_t)h->entity_limit * sizeof(kd_entity) > in->size)
         return damaged(in, "the counts in the header are impossible");
-    if (!ecs_archetype_toggle(w, NULL, 0) ||
+    if (!ecs_archetypes_init(w) ||
         !ecs_reserve(w, &w->head.records, &w->record_capacity, 0, h->entity_limit, sizeof *w->head.records))
         return no_memory(in);
     if (h->entity_limit)

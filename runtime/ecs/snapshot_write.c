@@ -105,14 +105,14 @@ static void emit_free(writer *out)
     uint32_t index = w->free_first;
     for (uint32_t i = 0; i < w->free_count; i++) {
         ecs_record r = w->head.records[index];
-        kd_entity e = {index, ecs_record_table(r)};
+        kd_entity e = {index, ecs_record_next_generation(r)};
         emit(out, &e, sizeof e);
         index = ecs_record_row(r);
     }
     if (w->alive_count + w->free_count == w->head.entity_limit)
         return;
     for (index = 0; index < w->head.entity_limit; index++)
-        if (!w->head.records[index])
+        if (w->head.records[index] == ECS_DEAD)
             emit(out, &(kd_entity){index, 0}, sizeof(kd_entity));
 }
 

@@ -46,18 +46,50 @@ static bool depths_reserve(kd_world *w, ecs_archetype *a, uint32_t depth)
     return true;
 }
 
+/* ---- where values lie ---- */
+static bool places_reserve(kd_world *w, const ecs_table *t)
+{
+    for (uint32_t c = 1; c < t->column_count; c++) {
+        ecs_places *p = &w->head.places[t->columns[c].id];
+        uint32_t limit = p->limit;
+        if (!t->columns[c].id || t->index < limit)
+            continue;
+        if (!ecs_reserve(w, &p->columns, &p->limit, limit, t->index + 1, sizeof *p->columns))
+            return false;
+        p->size = t->columns[c].size;
+        memset(p->columns + limit, 0, (p->limit - limit) * sizeof *p->columns);
+    }
+    return true;
+}
+
+static void places_note(kd_world *w, const ecs_table *t)
+{
+    for (uint32_t c = 1; c < t->column_count; c++)
+        if (t->columns[c].id)
+            w->head.places[t->columns[c].id].columns[t->index] = t->columns[c].data;
+}
+
+static void places_fini(kd_world *w)
+{
+    for (uint32_t id = 1; id <= ECS_MAX_COMPONENTS && w->head.places; id++)
+        if (w->head.places[id].columns)
+            ecs_free(w, w->head.places[id].columns);
+    ecs_free(w, w->head.places);
+}
+
+/* ---- making ---- */
 ecs_table *ecs_table_ensure(kd_world *w, ecs_archetype *a, uint32_t depth)
 {
     if (depth < a->depth_limit && a->tables[depth])
         return a->tables[depth];
-    if (w->head.table_count == ECS_TABLE_MASK || !depths_reserve(w, a, depth) ||
+    if (w->head.table_count == ECS_MAX_TABLES || !depths_reserve(w, a, depth) ||
         !ecs_reserve(w, &w->head.tables, &w->table_capacity, w->head.table_count, w->head.table_count + 1,
                      sizeof(ecs_table *)))
         return NULL;
     ecs_table *t = table_alloc(w, a, depth);
     if (!t)
         return NULL;
-    if (!ecs_queries_add_table(w, t)) {
+    if (!places_reserve(w, t) || !ecs_queries_add_table(w, t)) {
         table_free(w, t);
         return NULL;
     }
@@ -100,16 +132,18 @@ bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows)
         return false;
     if (!versions_reserve(w, t, capacity))
         return false;
-    for (uint32_t c = 0; c < t->column_count; c++) {
+    bool done = true;
+    for (uint32_t c = 0; c < t->column_count && done; c++) {
         ecs_column *column = &t->columns[c];
         uint8_t *data =
             ecs_grow(w, column->data, (size_t)t->count * column->size, (size_t)capacity * column->size);
-        if (!data)
-            return false;
-        column->data = data;
+        done = data != NULL;
+        column->data = done ? data : column->data;
     }
-    t->capacity = capacity;
-    return true;
+    places_note(w, t); /* also when memory ran out half-way: some have moved */
+    if (done)
+        t->capacity = capacity;
+    return done;
 }
 
 void ecs_tables_fini(kd_world *w)
@@ -123,4 +157,5 @@ void ecs_tables_fini(kd_world *w)
     ecs_free(w, w->head.tables);
     ecs_free(w, w->archetypes);
     ecs_free(w, w->archetype_slots);
+    places_fini(w);
 }

@@ -1,6 +1,8 @@
 /* The values of one entity: finding, setting, removing, hiding. Adding or removing a component moves the row
  * to the neighbouring archetype's table. */
 
+#include <assert.h>
+
 #include "runtime/ecs/internal.h"
 
 /* ---- finding ---- */
@@ -14,6 +16,25 @@ const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id)
     if (!column && ecs_is_sparse(w, id))
         return ecs_side_find(w, id, ecs_entities(t)[row].index);
     return column ? ecs_value_at(w, t, column, row) : NULL;
+}
+
+kd_lookup kd_lookup_make(kd_world *w, const kd_component_desc *desc)
+{
+    assert(desc->size && !(desc->flags & KD_COMPONENT_SPARSE) && "a look-up is for values in tables");
+    const ecs_places *p = &w->head.places[kd_component_ensure(w, desc)];
+    return (kd_lookup){.records = w->head.records,
+                       .columns = p->columns,
+                       .entity_limit = w->head.entity_limit,
+                       .table_limit = p->limit,
+                       .size = p->size,
+                       .world = w,
+                       .structure = w->structure};
+}
+
+void ecs_lookup_check(const kd_lookup *l)
+{
+    assert(l->structure == l->world->structure && "the world changed: make the look-up again");
+    (void)l;
 }
 
 void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)

@@ -20,7 +20,7 @@ kd_world *kd_world_make(void)
         w->commands[i].world = w;
         w->commands[i].worker = i;
     }
-    if (!ecs_archetype_toggle(w, NULL, 0)) {
+    if (!ecs_archetypes_init(w)) {
         kd_world_destroy(w);
         return NULL;
     }

@@ -4,7 +4,7 @@
 /* A world of entities in archetype tables. Same calls give the same handles and the same order, at any thread
  * count.
  *
- * A world holds up to 2^27 entities, 2^20 tables, 512 components and chains 65535 deep; calls that would pass
+ * A world holds up to 2^27 entities, 2^19 tables, 512 components and chains 65535 deep; calls that would pass
  * that fail as if memory were out. Pointers to values are valid until the next structural change (spawn,
  * destroy, adding or removing a component, a change of depth). Values given to a call may lie in the world
  * itself. on_remove hooks run while a table is being changed: they free what the value owns and call nothing
@@ -99,6 +99,23 @@ kd_status kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
 #define kd_remove(w, e, type)   kd_remove_id((w), (e), KD_ID((w), type))
 #define kd_has(w, e, type)      (kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)) != NULL)
 
+/* ---- one component of many entities, in any order ---- */
+/* What kd_find finds out each time, found out once: for loops that follow handles. */
+typedef struct kd_lookup {
+    const ecs_record *records;
+    uint8_t *const *columns; /* by table */
+    uint32_t entity_limit, table_limit, size;
+    const kd_world *world;
+    uint64_t structure;
+} kd_lookup;
+/** Prepare it for a component that lies in tables: one with a size, and not sparse. Like a pointer to a value it
+ * is valid until the next structural change, and so is what it finds. Threading: whoever may read the component. */
+kd_lookup kd_lookup_make(kd_world *w, const kd_component_desc *desc);
+/** Get a value to read. NULL when the entity is dead or lacks it, and for a handle of kd_commands_spawn: pass
+ * those through kd_entity_resolve. */
+static inline const void *kd_lookup_find(const kd_lookup *l, kd_entity e);
+#define KD_LOOKUP(w, type) kd_lookup_make((w), &type##_desc)
+
 /* ---- enable bits of components declared KD_COMPONENT_TOGGLE ---- */
 /** Hide a component of an entity from queries, or show it again; it starts enabled. To a query a disabled
  * component is absent (rows with READ, WRITE or WITH are skipped, OPTIONAL gives NULL, WITHOUT matches);
@@ -171,6 +188,7 @@ void kd_world_limit_bytes(kd_world *w,
 
 /* ---- inlined ---- */
 kd_component_id ecs_component_ensure_slow(kd_world *w, const kd_component_desc *desc);
+void ecs_lookup_check(const kd_lookup *l);
 const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id);
 
 static inline kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc)
@@ -182,19 +200,28 @@ static inline kd_component_id kd_component_ensure(kd_world *w, const kd_componen
                : ecs_component_ensure_slow(w, desc);
 }
 
+static inline const void *kd_lookup_find(const kd_lookup *l, kd_entity e)
+{
+#ifndef NDEBUG
+    ecs_lookup_check(l);
+#endif
+    ecs_record r = e.index < l->entity_limit ? l->records[e.index] : ECS_DEAD;
+    uint32_t table = ecs_record_table(r);
+    if (ecs_record_generation(r) != e.generation || table >= l->table_limit)
+        return NULL;
+    const uint8_t *column = l->columns[table];
+    return column ? column + (size_t)ecs_record_row(r) * l->size : NULL;
+}
+
 static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id)
 {
     const ecs_world_head *head = (const ecs_world_head *)(const void *)w;
-    ecs_record r = e.index < head->entity_limit ? head->records[e.index] : 0;
-    if (ecs_record_generation(r) == e.generation && e.generation) {
-        const ecs_table *t = head->tables[ecs_record_table(r)];
-        uint32_t column = id < t->column_limit ? t->column_of[id] : 0;
-        if (column - 1 < ECS_TAG_COLUMN - 1)
-            return t->columns[column].data + (size_t)ecs_record_row(r) * t->columns[column].size;
-        if (!column && !head->sparse_count)
-            return NULL;
-    }
-    return ecs_find_slow(w, e, id); /* a tag, a sparse component, a pending handle, a dead one */
+    const ecs_places *p = &head->places[id <= ECS_MAX_COMPONENTS ? id : 0];
+    ecs_record r = e.index < head->entity_limit ? head->records[e.index] : ECS_DEAD;
+    uint32_t table = ecs_record_table(r);
+    if (ecs_record_generation(r) == e.generation && table < p->limit && p->columns[table])
+        return p->columns[table] + (size_t)ecs_record_row(r) * p->size;
+    return ecs_find_slow(w, e, id); /* dead, absent, a tag, sparse, or a pending handle */
 }
 
 #endif

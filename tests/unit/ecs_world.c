@@ -199,6 +199,33 @@ static void handles_never_made_are_dead(void **state)
 }
 
 /* One index is used so often that its generations run out: it must rest, not begin again at the first. */
+static void lookup_finds_what_find_finds(void **state)
+{
+    kd_world *w = *state;
+    kd_entity e[300];
+    for (int i = 0; i < 300; i++) { /* four tables; half of them have a position */
+        e[i] = i % 2 ? kd_spawn(w, KD_VAL(position, {(float)i, 0, 0})) : kd_spawn(w, KD_VAL(health, {i, i}));
+        if (i % 3 == 0)
+            kd_add(w, e[i], velocity);
+    }
+    for (int i = 0; i < 300; i += 7)
+        kd_destroy(w, e[i]);
+    kd_lookup l = KD_LOOKUP(w, position);
+    for (int i = 0; i < 300; i++)
+        assert_ptr_equal(kd_lookup_find(&l, e[i]), kd_find(w, e[i], position));
+    assert_non_null(kd_lookup_find(&l, e[1]));
+    assert_null(kd_lookup_find(&l, e[2]));
+    assert_null(kd_lookup_find(&l, e[7]));
+    for (uint32_t index = 0; index < 400; index++) { /* dead, living and unknown ones */
+        assert_null(kd_lookup_find(&l, (kd_entity){index, 0}));
+        assert_null(kd_lookup_find(&l, (kd_entity){index, UINT32_MAX}));
+        assert_null(kd_lookup_find(&l, (kd_entity){index, ECS_MAX_GENERATION}));
+        assert_null(kd_find(w, ((kd_entity){index, 0}), position));
+    }
+    kd_lookup none = KD_LOOKUP(w, bond); /* nobody has one */
+    assert_null(kd_lookup_find(&none, e[1]));
+}
+
 static void index_rests_when_its_generations_are_used_up(void **state)
 {
     kd_world *w = *state;
@@ -455,6 +482,7 @@ int main(void)
         CASE(spawn_n_copies_columns_and_fills_defaults),
         CASE(destroyed_handle_is_dead_and_harmless),
         CASE(handles_never_made_are_dead),
+        CASE(lookup_finds_what_find_finds),
         CASE(index_rests_when_its_generations_are_used_up),
         CASE(same_calls_give_the_same_handles),
         CASE(set_adds_and_replaces),
