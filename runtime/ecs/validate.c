@@ -53,13 +53,13 @@ static kd_status check_free(const kd_world *w)
     for (uint32_t i = 0; i < w->free_count; i++) {
         if (index >= w->head.entity_limit || is_living(w, index))
             return broken("a free handle is in use", index);
-        if (ecs_record_table(w->head.records[index]) < 2) /* its next generation: the first one was given */
+        if (ecs_record_next_generation(w->head.records[index]) < 2) /* the first one was given */
             return broken("a free handle would give a handle of before", index);
         listed += index;
         index = ecs_record_row(w->head.records[index]);
     }
-    for (uint32_t i = 0; i < w->head.entity_limit; i++) /* a record of zeros rests for ever */
-        dead += !is_living(w, i) && w->head.records[i] ? i : 0;
+    for (uint32_t i = 0; i < w->head.entity_limit; i++) /* ECS_DEAD rests for ever */
+        dead += !is_living(w, i) && w->head.records[i] != ECS_DEAD ? i : 0;
     return listed == dead ? KD_OK : broken("the list of free handles is torn", index);
 }
 
@@ -85,6 +85,20 @@ static kd_status check_archetype(const kd_world *w, uint32_t index)
             (a->edges[id] >= w->archetype_count || w->archetypes[a->edges[id]]->edge_limit <= id ||
              w->archetypes[a->edges[id]]->edges[id] != index))
             return broken("an edge between archetypes does not lead back", index);
+    return KD_OK;
+}
+
+/* What look-ups by component and table read. */
+static kd_status check_places(const kd_world *w, const ecs_table *t)
+{
+    for (kd_component_id id = 1; id <= kd_component_count(w); id++) {
+        const ecs_places *p = &w->head.places[id];
+        uint32_t c = ecs_column_of(t, id);
+        const uint8_t *column = c && c != ECS_TAG_COLUMN ? t->columns[c].data : NULL;
+        if ((t->index < p->limit ? p->columns[t->index] : NULL) != column ||
+            (column && p->size != t->columns[c].size))
+            return broken("look-ups would miss a column", t->index);
+    }
     return KD_OK;
 }
 
@@ -121,7 +135,8 @@ static kd_status check_table(const kd_world *w, uint32_t index)
         if (!is_living_handle(w, e) || ecs_table_of(w, e.index) != t || ecs_row_of(w, e.index) != row)
             return broken("a row belongs to no entity", e.index);
     }
-    return check_versions(w, t);
+    kd_status status = check_places(w, t);
+    return status ? status : check_versions(w, t);
 }
 
 /* ---- hierarchy ---- */

@@ -44,6 +44,7 @@ static void ecs_gives_every_row_once(void **state) {
         "frag256",
         "iter2_1of8_match",
         "get_random",
+        "get_random_lookup",
         "is_alive_random",
         "create3",
         "create3_recycle",
