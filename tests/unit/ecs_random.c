@@ -2,9 +2,17 @@
  * again. KANDIL_SLOW=1 runs more and longer programs. */
 
 #include "runtime/ecs/instance.h"
+#include "runtime/ecs/internal.h"
+#include "runtime/ecs/observer.h"
 #include "runtime/ecs/snapshot.h"
+#include "runtime/ecs/validate.h"
 #include "tests/unit/ecs_fixture.h"
 
+#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+#define SEEDS 100 /* everything takes its time there */
+#else
+#define SEEDS 400
+#endif
 enum { MOST = 4000, COMPONENTS = 9, NAMES = 12 };
 
 typedef struct byte_value {
@@ -53,30 +61,17 @@ static any_value value_from(int kind, int number)
     any_value v;
     memset(&v, 0, sizeof v);
     switch (kind) {
-    case 0:
-        v.p = (position){(float)number, (float)-number, 1};
-        break;
-    case 1:
-        v.h = (health){number, number + 1};
-        break;
-    case 2:
-        v.b = (byte_value){(uint8_t)number};
-        break;
+    case 0: v.p = (position){(float)number, (float)-number, 1}; break;
+    case 1: v.h = (health){number, number + 1}; break;
+    case 2: v.b = (byte_value){(uint8_t)number}; break;
     case 3:
         for (int i = 0; i < 5; i++)
             v.w.values[i] = number * 0.5 + i;
         break;
-    case OWNER:
-        v.o = (owner){owned(number)};
-        break;
-    case CHARGE:
-        v.c = (charge){(float)number, 2};
-        break;
-    case LAMP:
-        v.l = (lamp){(uint32_t)number};
-        break;
-    default:
-        break;
+    case OWNER: v.o = (owner){owned(number)}; break;
+    case CHARGE: v.c = (charge){(float)number, 2}; break;
+    case LAMP: v.l = (lamp){(uint32_t)number}; break;
+    default: break;
     }
     return v;
 }
@@ -108,6 +103,8 @@ typedef struct model {
     int count, alive, owned;
     uint64_t clock, random;
     bool plain; /* nothing owns memory, so that snapshots can be taken */
+    bool observed;
+    int told[COMPONENTS][4], expected[COMPONENTS][4]; /* events by component: come, set, gone, died */
     kd_query *queries[QUERIES];
 } model;
 
@@ -134,35 +131,59 @@ static bool query_wants(int q, uint32_t has)
     for (int k = 0; k < COMPONENTS; k++)
         c[k] = has >> k & 1;
     switch (q) {
-    case 0:
-        return c[0];
-    case 1:
-        return c[0] && c[1];
-    case 2:
-        return c[1] && !c[5];
-    case 3:
-        return c[2];
-    case 4:
-        return c[0] || c[2];
-    case 5:
-        return c[4] && c[5];
-    case 6:
-        return c[3] && !c[0] && !c[2];
-    case 8:
-        return c[CHARGE] && c[0];
-    case 9:
-        return c[LAMP] && !c[CHARGE];
-    case 10:
-        return c[0] && !c[LAMP] && !c[MARKED];
-    case 11:
-        return c[CHARGE] || c[3] || c[LAMP];
-    case 12:
-        return c[MARKED];
-    case 13:
-        return c[CHARGE] && c[MARKED];
-    default:
-        return true;
+    case 0: return c[0];
+    case 1: return c[0] && c[1];
+    case 2: return c[1] && !c[5];
+    case 3: return c[2];
+    case 4: return c[0] || c[2];
+    case 5: return c[4] && c[5];
+    case 6: return c[3] && !c[0] && !c[2];
+    case 8: return c[CHARGE] && c[0];
+    case 9: return c[LAMP] && !c[CHARGE];
+    case 10: return c[0] && !c[LAMP] && !c[MARKED];
+    case 11: return c[CHARGE] || c[3] || c[LAMP];
+    case 12: return c[MARKED];
+    case 13: return c[CHARGE] && c[MARKED];
+    default: return true;
     }
+}
+
+/* ---- events ---- */
+enum { CAME, SET, GONE, DIED };
+
+static void hear(kd_world *w, const kd_observed *what, void *user)
+{
+    model *m = user;
+    int k = 0, event = what->event == KD_ON_ADD      ? CAME
+                       : what->event == KD_ON_SET    ? SET
+                       : what->event == KD_ON_REMOVE ? GONE
+                                                     : DIED;
+    (void)w;
+    while (kinds[k] != what->component)
+        k++;
+    m->told[k][event]++;
+    assert_int_equal(what->value != NULL, event >= GONE && !is_tag(k));
+}
+
+static void expect_event(model *m, uint32_t has, int event)
+{
+    for (int k = 0; k < COMPONENTS; k++)
+        m->expected[k][event] += (int)(has >> k & 1);
+}
+
+/* The model's entity gets a component, or another value of it. */
+static void model_set(model *m, model_entity *e, int k, int number)
+{
+    expect_event(m, 1u << k, e->has >> k & 1 ? SET : CAME);
+    e->has |= 1u << k;
+    e->numbers[k] = number;
+}
+
+static void model_remove(model *m, model_entity *e, int k)
+{
+    expect_event(m, e->has & 1u << k, GONE);
+    e->has &= ~(1u << k);
+    e->disabled &= ~(1u << k);
 }
 
 /* ---- the model's own moves ---- */
@@ -187,6 +208,8 @@ static void model_drop(model *m, int i)
         if (m->e[c].alive && m->e[c].parent == i)
             model_drop(m, c);
     m->owned -= (int)(m->e[i].has >> OWNER & 1);
+    expect_event(m, m->e[i].has, GONE);
+    expect_event(m, m->e[i].has, DIED);
     m->e[i].alive = false;
     m->alive--;
 }
@@ -214,6 +237,7 @@ static model_entity *model_add(model *m, kd_entity handle, uint32_t has)
     *e = (model_entity){.handle = handle, .alive = true, .has = has, .parent = -1};
     m->alive++;
     m->owned += (int)(has >> OWNER & 1);
+    expect_event(m, has, CAME);
     return e;
 }
 
@@ -265,6 +289,7 @@ static void op_spawn_n(model *m)
         e->numbers[0] = (int)i * 3;
         e->numbers[1] = 100;
         kd_set(m->w, out[i], health, {100, 101}); /* value_from(1, 100) */
+        expect_event(m, 1u << 1, SET);
     }
 }
 
@@ -293,8 +318,7 @@ static void op_set(model *m)
     if (!e->alive)
         return;
     m->owned += k == OWNER && !(e->has >> OWNER & 1);
-    e->has |= 1u << k;
-    e->numbers[k] = number;
+    model_set(m, e, k, number);
 }
 
 static void op_remove(model *m)
@@ -305,8 +329,7 @@ static void op_remove(model *m)
     kd_remove_id(m->w, m->e[i].handle, kd_component_ensure(m->w, kinds[k]));
     if (m->e[i].alive) {
         m->owned -= k == OWNER && (m->e[i].has >> OWNER & 1);
-        m->e[i].has &= ~(1u << k);
-        m->e[i].disabled &= ~(1u << k);
+        model_remove(m, &m->e[i], k);
     }
 }
 
@@ -395,10 +418,8 @@ static void op_commands(model *m)
     model_add(m, kd_entity_resolve(m->w, made), 1u << 0)->numbers[0] = number;
     if (doomed >= 0 && m->e[doomed].alive)
         model_drop(m, doomed);
-    if (i >= 0 && m->e[i].alive) {
-        m->e[i].has |= 1u << 0;
-        m->e[i].numbers[0] = number;
-    }
+    if (i >= 0 && m->e[i].alive)
+        model_set(m, &m->e[i], 0, number);
 }
 
 /* What a loop over a query records: one component for many neighbouring rows. */
@@ -418,11 +439,123 @@ static void op_run(model *m)
         for (uint32_t i = 0; i < it.count; i++) {
             if (!(row++ % skip || skip == 1))
                 continue;
-            model_entity *e = &m->e[m->newest[it.entities[i].index]];
-            e->has |= 1u << k;
-            e->numbers[k] = number;
+            model_set(m, &m->e[m->newest[it.entities[i].index]], k, number);
         }
     assert_int_equal(kd_world_merge(m->w), KD_OK);
+}
+
+/* ---- what several workers record, merged in the order of keys ---- */
+typedef struct recorded {
+    uint64_t key;
+    uint32_t place; /* in the order of recording */
+    enum { MADE, KILLED, GIVEN, TAKEN, ENABLED, HUNG, NAMED, RECORDS } what;
+    int i, other, k, number; /* of the model; KILLED, HUNG, NAMED of the one that was MADE before it: i < 0 */
+    kd_entity handle;
+} recorded;
+
+static void record(model *m, kd_commands *c, recorded *r, const recorded *made)
+{
+    any_value v = value_from(r->k, r->number);
+    kd_value value = {kinds[r->k], is_tag(r->k) ? NULL : &v};
+    kd_entity e = r->i < 0 && made ? made->handle : m->e[r->i < 0 ? 0 : r->i].handle;
+    switch (r->what) {
+    case MADE: r->handle = kd_commands_spawn(c, &value, 1); break;
+    case KILLED: kd_commands_destroy(c, e); break;
+    case GIVEN: kd_commands_set(c, e, value); break;
+    case TAKEN: kd_commands_remove(c, e, kinds[r->k]); break;
+    case ENABLED: kd_commands_enable(c, e, kinds[r->k], r->number & 1); break;
+    case HUNG: kd_commands_set_parent(c, e, r->other < 0 ? KD_NO_ENTITY : m->e[r->other].handle); break;
+    default: kd_commands_set_name(c, e, name_text(r->number % NAMES));
+    }
+    if (r->what != MADE)
+        r->handle = e;
+}
+
+/* What the merge did, done to the model. `i` is who it is about: a handle that died meanwhile leads nowhere.
+ */
+static void model_apply(model *m, const recorded *r, int i)
+{
+    model_entity *e = i < 0 ? NULL : &m->e[i];
+    if (!e || !e->alive)
+        return;
+    if (r->what == KILLED) {
+        model_drop(m, i);
+    } else if (r->what == GIVEN) {
+        model_set(m, e, r->k, r->number);
+    } else if (r->what == TAKEN) {
+        model_remove(m, e, r->k);
+    } else if (r->what == ENABLED && e->has >> r->k & 1) {
+        e->disabled = r->number & 1 ? e->disabled & ~(1u << r->k) : e->disabled | 1u << r->k;
+    } else if (r->what == HUNG) {
+        if (r->other >= 0 && (!m->e[r->other].alive || model_is_below(m, r->other, i)))
+            return;
+        if (r->other < 0 && e->parent < 0)
+            return;
+        e->parent = r->other;
+        e->child_order = ++m->clock;
+    } else if (r->what == NAMED) {
+        if (e->name != r->number % NAMES)
+            e->name_order = ++m->clock;
+        e->name = r->number % NAMES;
+    }
+}
+
+static int by_key(const void *a, const void *b)
+{
+    const recorded *x = a, *y = b;
+    if (x->key != y->key)
+        return x->key < y->key ? -1 : 1;
+    return x->place < y->place ? -1 : x->place > y->place;
+}
+
+static void op_workers(model *m)
+{
+    enum { MOST_RECORDED = 24 };
+    recorded all[MOST_RECORDED];
+    int made_at[MOST_RECORDED], kinds_of[] = {0, 1, 2, 3, TAG, CHARGE, LAMP, MARKED};
+    uint32_t count = 1 + random_below(&m->random, MOST_RECORDED), last_made = ECS_NONE;
+    for (uint32_t n = 0; n < count; n++) {
+        uint32_t worker = random_below(&m->random, 5);
+        kd_commands *c = kd_world_commands(m->w, worker);
+        recorded *r = &all[n];
+        *r = (recorded){.key = random_below(&m->random, 6) * 8 + worker, /* no two workers share one */
+                        .place = n,
+                        .what = random_below(&m->random, RECORDS),
+                        .i = pick_alive(m),
+                        .other = pick_alive(m),
+                        .k = kinds_of[random_below(&m->random, 8)],
+                        .number = (int)random_below(&m->random, 1000)};
+        if (r->what == ENABLED)
+            r->k = r->number & 2 ? CHARGE : LAMP;
+        if (r->what == HUNG && r->number % 4 == 0)
+            r->other = -1;
+        if (r->i < 0)
+            r->what = MADE;
+        bool of_made =
+            last_made != ECS_NONE && all[last_made].key == r->key && r->what != MADE && r->number & 4;
+        if (of_made)
+            r->i = -1;
+        kd_commands_key(c, r->key);
+        record(m, c, r, of_made ? &all[last_made] : NULL);
+        if (r->what == MADE)
+            last_made = n;
+    }
+    assert_int_equal(kd_world_merge(m->w), KD_OK);
+    qsort(all, count, sizeof *all, by_key);
+    for (uint32_t n = 0; n < count; n++) {
+        int i = all[n].i;
+        if (all[n].what == MADE) {
+            made_at[n] = m->count;
+            /* the handle even of one that was killed in the same merge */
+            model_add(m, ecs_commands_resolve(m->w, all[n].handle), 1u << all[n].k)->numbers[all[n].k] =
+                all[n].number;
+            continue;
+        }
+        for (uint32_t k = 0; i < 0 && k < n; k++)
+            if (all[k].what == MADE && kd_entity_equal(all[k].handle, all[n].handle))
+                i = made_at[k];
+        model_apply(m, &all[n], i);
+    }
 }
 
 enum { MOST_NODES = 24, MOST_COPIES = 3 };
@@ -510,8 +643,10 @@ static void op_snapshot(model *m)
     kd_snapshot s = {0};
     uint64_t before = kd_world_checksum(m->w);
     assert_int_equal(kd_snapshot_write(m->w, &s), KD_OK);
-    if (random_below(&m->random, 2))
-        kd_spawn(m->w, KD_TAG(position), KD_TAG(padded)); /* what is taken back with it */
+    if (random_below(&m->random, 2)) {
+        kd_spawn(m->w, KD_TAG(position), KD_TAG(padded)); /* what is taken back with it, in silence */
+        expect_event(m, 1u << 0, CAME);
+    }
     assert_int_equal(kd_snapshot_restore(m->w, s.data, s.size), KD_OK);
     assert_true(kd_world_checksum(m->w) == before);
     kd_snapshot_fini(&s);
@@ -568,7 +703,8 @@ static void check_names(const model *m)
     }
 }
 
-/* What an accessed column shows at this row is the entity's own value, and nothing when it is not to be seen. */
+/* What an accessed column shows at this row is the entity's own value, and nothing when it is not to be seen.
+ */
 static void check_columns(const model *m, int q, const kd_iter *it, uint32_t row)
 {
     const model_entity *e = &m->e[m->newest[it->entities[row].index]];
@@ -620,6 +756,9 @@ static void check_all(const model *m)
     check_names(m);
     for (int q = 0; q < QUERIES; q++)
         check_query(m, q);
+    assert_int_equal(kd_world_validate(m->w), KD_OK);
+    if (m->observed)
+        assert_memory_equal(m->told, m->expected, sizeof m->told);
 }
 
 static void step(model *m)
@@ -636,6 +775,8 @@ static void step(model *m)
         op_instantiate(m);
     if (random_below(&m->random, 200) == 0)
         op_destroy_query(m);
+    if (m->count < MOST - 100 && random_below(&m->random, 12) == 0)
+        op_workers(m);
     if (m->plain && random_below(&m->random, 80) == 0)
         op_snapshot(m);
     if (m->count < MOST - 30)
@@ -654,6 +795,9 @@ static uint64_t run_program(uint64_t seed, int steps, int check_every)
     owner_releases = 0;
     for (int q = 0; q < QUERIES; q += 2)
         m.queries[q] = kd_query_make(m.w, &query_descs[q]);
+    m.observed = seed % 3 != 0;
+    for (int k = 0; k < COMPONENTS && m.observed; k++)
+        assert_int_equal(kd_observe(m.w, kinds[k], 15, hear, &m), KD_OK);
     for (int i = 0; i < steps; i++) {
         step(&m);
         if (i == steps / 2)
@@ -679,7 +823,7 @@ static bool slow(void)
 static void random_programs_agree_with_the_model(void **state)
 {
     (void)state;
-    uint64_t seeds = slow() ? 5000 : 400;
+    uint64_t seeds = slow() ? 5000 : SEEDS;
     for (uint64_t seed = 1; seed <= seeds; seed++)
         run_program(seed, 3000, slow() ? 100 : 300);
 }
@@ -708,24 +852,16 @@ static void programs_survive_without_memory(void **state)
             kd_commands *c = kd_world_commands(w, i % 3 ? 0 : 1);
             switch (random_below(&random, 12)) {
             case 0:
-            case 1:
-                *one = kd_spawn(w, KD_VAL(position, {1, 2, 3}), KD_TAG(health));
-                break;
-            case 2:
-                kd_set(w, *one, velocity, {1, 2, 3});
-                break;
-            case 3:
-                kd_remove(w, *one, position);
-                break;
+            case 1: *one = kd_spawn(w, KD_VAL(position, {1, 2, 3}), KD_TAG(health)); break;
+            case 2: kd_set(w, *one, velocity, {1, 2, 3}); break;
+            case 3: kd_remove(w, *one, position); break;
             case 4:
                 if (i & 1)
                     kd_set_parent(w, *one, *two);
                 else
                     *one = kd_spawn_child(w, *two, KD_TAG(position));
                 break;
-            case 5:
-                kd_set_name(w, *one, name_text(i % 40 + 1));
-                break;
+            case 5: kd_set_name(w, *one, name_text(i % 40 + 1)); break;
             case 10:
                 kd_set(w, *one, charge, {1, 2});
                 kd_disable(w, *one, charge);
@@ -734,18 +870,13 @@ static void programs_survive_without_memory(void **state)
                 *two = kd_spawn(w, KD_TAG(charge), KD_TAG(lamp));
                 kd_disable(w, *two, lamp);
                 break;
-            case 6:
-                kd_commands_spawn(c, (kd_value[]){KD_VAL(bond, {*one, 1})}, 1);
-                break;
-            case 7:
-                kd_query_make(w, &query_descs[i % QUERIES]);
-                break;
+            case 6: kd_commands_spawn(c, (kd_value[]){KD_VAL(bond, {*one, 1})}, 1); break;
+            case 7: kd_query_make(w, &query_descs[i % QUERIES]); break;
             case 8:
                 (void)kd_singleton(w, health);
                 kd_world_merge(w);
                 break;
-            default:
-                kd_destroy(w, *one);
+            default: kd_destroy(w, *one);
             }
         }
         uint32_t living = 0, rows = 0;
