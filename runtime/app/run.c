@@ -64,6 +64,16 @@ static app_timing_mode timing_mode(const run *r) {
                                                                          : APP_TIMING_STAMPS;
 }
 
+static kd_status configure_schedule(run *r) {
+    const kd_settings *settings = &r->scene.settings;
+    kd_schedule_set_step(r->schedule, 1 / r->scene.fps);
+    kd_schedule_randomize(r->schedule, (uint64_t)settings->debug_shuffle);
+    kd_status status = kd_schedule_check(r->schedule, settings->debug_access);
+    if (status == KD_OK && timing_mode(r) != APP_TIMING_OFF)
+        status = kd_schedule_measure(r->schedule, true);
+    return status;
+}
+
 static kd_status open_schedule(run *r) {
     r->schedule = kd_schedule_make(r->world, r->jobs, r->gpu);
     if (!r->schedule)
@@ -78,7 +88,7 @@ static kd_status open_schedule(run *r) {
         status = app_timing_open(&r->timing, r->schedule, r->gpu, timing_mode(r));
     if (status == KD_OK)
         status = kd_schedule_init(r->schedule);
-    return status;
+    return status == KD_OK ? configure_schedule(r) : status;
 }
 
 static kd_status open_all(run *r) {
@@ -150,6 +160,7 @@ static kd_status run_frames(run *r) {
 /* An interrupted run keeps its frames and shows the last one; a failed run keeps the frames alone. */
 static kd_status finish(run *r, kd_status status) {
     app_console_clear();
+    app_timing_finish(&r->timing);
     bool last = r->done > 0 && (status == KD_OK || status == KD_INTERRUPTED);
     kd_status written = app_capture_finish(r->capture, last);
     if (status == KD_OK || status == KD_INTERRUPTED)

@@ -114,6 +114,14 @@ void app_timing_frame_end(app_timing *t) {
         kd_profile_bytes(t->profile, i, kd_schedule_bytes_moved(t->schedule, i));
 }
 
+void app_timing_finish(app_timing *t) {
+    for (uint32_t i = 0; i < kd_schedule_count(t->schedule); i++) {
+        kd_system_statistics s = kd_schedule_statistics(t->schedule, i);
+        kd_profile_count(t->profile, i,
+                         &(kd_profile_counts){s.runs, s.disabled, s.not_due, s.refused, s.rows});
+    }
+}
+
 void app_timing_close(app_timing *t) {
     kd_profile_destroy(t->profile);
     *t = (app_timing){0};

@@ -27,6 +27,8 @@ typedef struct app_timing {
 kd_status app_timing_open(app_timing *timing, kd_schedule *s, kd_gpu *gpu, app_timing_mode mode);
 void app_timing_frame_begin(app_timing *timing);
 void app_timing_frame_end(app_timing *timing); /* after kd_gpu_end_frame */
+/** Take over what the schedule counted, before a report. */
+void app_timing_finish(app_timing *t);
 void app_timing_close(app_timing *timing);
 
 #endif

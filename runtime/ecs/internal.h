@@ -21,6 +21,8 @@
  *   snapshot_*.c diff.c  a world as bytes and as JSON; what makes two worlds different
  *   statistics.c   where the memory is
  *   validate.c     the invariants below, checked
+ *   schedule*.c    systems: their graph, how often they run, what they did
+ *   watch.c        what the running system touches, held against what it declares
  *   names.c singleton.c checksum.c reflect.c world.c
  *
  * Invariants
@@ -489,6 +491,7 @@ void ecs_names_fini(kd_world *w);
 /* query.c */
 bool ecs_query_matches(const kd_query *q, const ecs_table *t);
 bool ecs_queries_add_table(kd_world *w, ecs_table *t); /* false when out, nothing added */
+kd_iter ecs_query_iter(kd_query *q); /* without telling who watches */
 /** Narrow a fresh iterator to the rows [begin, end) of one matched table; ecs_iter_next_limited shows them. */
 void ecs_iter_limit(kd_iter *it, uint32_t match, uint32_t begin, uint32_t end);
 bool ecs_iter_next_limited(kd_iter *it);

@@ -7,6 +7,7 @@
 
 #include "runtime/core/clock.h"
 #include "runtime/ecs/internal.h"
+#include "runtime/ecs/watch.h"
 #include "runtime/jobs/jobs.h"
 
 #define FEW_TABLES 256u
@@ -57,7 +58,7 @@ static void visit(const parallel *p, uint32_t begin, uint32_t end, kd_commands *
         uint32_t first = p->starts[table], until = p->starts[table + 1] < end ? p->starts[table + 1] : end;
         if (begin >= until)
             continue;
-        kd_iter it = kd_query_iter(p->query);
+        kd_iter it = ecs_query_iter(p->query);
         ecs_iter_limit(&it, table, begin - first, until - first);
         while (ecs_iter_next_limited(&it))
             p->fn(&it, c, p->user);
@@ -114,6 +115,8 @@ kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_
 {
     uint32_t few[FEW_TABLES + 1], *starts = few;
     kd_world *w = q->world;
+    if (ecs_watching && ecs_watching->active)
+        ecs_watch_query(q);
     if (q->match_count > FEW_TABLES)
         starts = ecs_grow(w, NULL, 0, (q->match_count + 1) * sizeof *starts);
     if (!starts)

@@ -8,6 +8,7 @@
 #include <assert.h>
 
 #include "runtime/ecs/internal.h"
+#include "runtime/ecs/watch.h"
 
 /* ---- matching ---- */
 static bool accessed(uint8_t kind)
@@ -186,7 +187,7 @@ uint32_t kd_query_count(kd_query *q)
 {
     uint32_t count = 0;
     if (q->row_terms) {
-        for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);)
+        for (kd_iter it = ecs_query_iter(q); kd_iter_next(&it);)
             count += it.count;
         return count;
     }
@@ -201,9 +202,16 @@ uint64_t kd_world_version(const kd_world *w)
 }
 
 /* ---- iterating ---- */
-kd_iter kd_query_iter(kd_query *q)
+kd_iter ecs_query_iter(kd_query *q)
 {
     return (kd_iter){.query = q, .internal = {NULL, (void *)(uintptr_t)q->world->structure}};
+}
+
+kd_iter kd_query_iter(kd_query *q)
+{
+    if (ecs_watching && ecs_watching->active)
+        ecs_watch_query(q);
+    return ecs_query_iter(q);
 }
 
 static bool still_valid(const kd_iter *it)
@@ -472,8 +480,10 @@ void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)
     assert(index < q->term_count && "no such term");
     if (!writable(q->kinds[index])) {
         kd_log(KD_LOG_ERROR,
-               "query %s: component %s is written but declared as read; declare it with KD_WRITE",
-               q->name ? q->name : "without a name", q->world->components[q->ids[index]].desc->name);
+               "%s%s%squery %s: component %s is written but declared as read; declare it with KD_WRITE",
+               ecs_watching ? "system " : "", ecs_watching ? ecs_watching->system : "",
+               ecs_watching ? ": " : "", q->name ? q->name : "without a name",
+               q->world->components[q->ids[index]].desc->name);
         assert(false && "a column declared as read was asked for to write");
         return NULL;
     }

@@ -48,7 +48,6 @@ static void add_node(kd_schedule *s, uint32_t system, kd_phase phase)
     *node = (schedule_node){.schedule = s, .system = system, .phase = phase};
     if (system != SCHEDULE_MERGE)
         s->systems[system].command_key = (uint64_t)s->node_count << 32;
-    s->job_count += !schedule_on_lane(s, node);
 }
 
 static void add_phase(kd_schedule *s, kd_phase phase)
@@ -92,10 +91,13 @@ kd_status schedule_build(kd_schedule *s)
 {
     schedule_set *reach = malloc(2 * SCHEDULE_MAX_NODES * sizeof *reach);
     s->nodes = calloc(SCHEDULE_MAX_NODES, sizeof *s->nodes);
-    if (!reach || !s->nodes) {
+    s->roots = calloc(SCHEDULE_MAX_NODES, sizeof *s->roots);
+    if (!reach || !s->nodes || !s->roots) {
         free(reach);
         free(s->nodes);
+        free(s->roots);
         s->nodes = NULL;
+        s->roots = NULL;
         return kd_fail(KD_NO_MEMORY, "schedule: no memory for the frame's graph");
     }
     for (int phase = 0; phase < KD_PHASE_COUNT; phase++)
@@ -109,6 +111,8 @@ kd_status schedule_build(kd_schedule *s)
                 schedule_set_add(&s->nodes[from].after, to);
                 node->before_count++;
             }
+        if (node->before_count == 0 && !schedule_on_lane(s, node))
+            s->roots[s->root_count++] = node;
     }
     free(reach);
     s->built = true;

@@ -12,6 +12,7 @@
 
 #include "runtime/core/arena.h"
 #include "runtime/ecs/system.h"
+#include "runtime/ecs/watch.h"
 #include "runtime/jobs/jobs.h"
 
 enum {
@@ -19,6 +20,7 @@ enum {
     SCHEDULE_MAX_NODES = SCHEDULE_MAX_SYSTEMS + KD_PHASE_COUNT,
     SCHEDULE_SET_WORDS = (SCHEDULE_MAX_NODES + 63) / 64,
     SCHEDULE_ALL_USES = 4095,
+    SCHEDULE_SAMPLES = 64,
 };
 #define SCHEDULE_MERGE UINT32_MAX /* in place of a system: this node merges commands */
 
@@ -40,6 +42,10 @@ typedef struct schedule_system {
     uint16_t resources[KD_MAX_RESOURCE_USES]; /* index of each used resource in the schedule's list */
     bool enabled, initialized;
     uint64_t command_key;
+    ecs_watch watch;
+    kd_system_statistics counts; /* median_ms is found when asked for */
+    uint32_t *samples_ns;        /* [SCHEDULE_SAMPLES] of the latest runs that were measured, NULL: never */
+    uint64_t sample_count;
 } schedule_system;
 
 typedef struct schedule_node {
@@ -49,7 +55,7 @@ typedef struct schedule_node {
     schedule_set before, after;    /* edges that the graph needs; none that others imply */
     schedule_set conflicts_before; /* the same without the order of the lane */
     uint32_t before_count;
-    kd_job_counter blocked; /* predecessors that have not finished in this frame */
+    kd_job_counter blocked; /* predecessors that have not finished in this frame; no jobs wait for it */
 } schedule_node;
 
 /* What memory barriers are still owed for one GPU resource, as kd_gpu_use bits. */
@@ -59,15 +65,20 @@ typedef struct schedule_resource {
     uint32_t unordered; /* shader writes that must not overtake the last reads */
 } schedule_resource;
 
+typedef struct schedule_check schedule_check;
+
 struct kd_schedule {
     kd_world *world;
     kd_jobs *jobs;
     struct kd_gpu *gpu;
     kd_jobs *own_jobs; /* made because none was given */
     kd_schedule_hooks hooks;
-    uint64_t seed, frame_number;
+    uint64_t seed;
     bool init_done;
     bool without_gpu; /* systems of the GPU lane are left out */
+    bool measured;
+    schedule_check *check;    /* NULL: not checked */
+    kd_schedule_clock *clock; /* the world's */
 
     schedule_system *systems;
     uint32_t system_count;
@@ -76,7 +87,9 @@ struct kd_schedule {
 
     bool built;
     schedule_node *nodes;
-    uint32_t node_count, job_count; /* job_count: nodes that are not of the lane */
+    uint32_t node_count;
+    void **roots; /* nodes that are jobs and wait for nothing */
+    uint32_t root_count;
 
     kd_job_counter unfinished; /* jobs of this frame */
     _Atomic int status;        /* first failure of this frame */
@@ -89,6 +102,11 @@ static inline bool schedule_on_lane(const kd_schedule *s, const schedule_node *n
     return node->system == SCHEDULE_MERGE || s->systems[node->system].desc.where == KD_ON_GPU;
 }
 
+static inline bool schedule_is_left_out(const kd_schedule *s, const schedule_system *system)
+{
+    return s->without_gpu && system->desc.where == KD_ON_GPU;
+}
+
 /* Derive the nodes and edges. Errors NO_MEMORY. */
 kd_status schedule_build(kd_schedule *s);
 
@@ -96,5 +114,29 @@ kd_status schedule_build(kd_schedule *s);
  * resources. `resources` is the state, normally s->resources. Returns kd_gpu_use bits, 0 when no barrier is
  * needed. */
 uint32_t schedule_barrier(const kd_schedule *s, const schedule_system *system, schedule_resource *resources);
+
+/* schedule_rate.c */
+/** How often the system is due in this frame; *dropped: and how often more than its rate allows. */
+uint32_t schedule_due(const kd_schedule *s, const schedule_system *system, uint64_t *dropped);
+/** Set time and step of run `left` before the last one due in this frame. */
+void schedule_set_time(const kd_schedule *s, const schedule_system *system, uint32_t left,
+                       kd_system_context *context);
+void schedule_clock_advance(kd_schedule *s);
+
+/* schedule_check.c */
+void schedule_check_begin(kd_schedule *s, const schedule_system *system);
+/** Compare what the system may not have changed. */
+kd_status schedule_check_end(kd_schedule *s, schedule_system *system);
+void schedule_check_destroy(schedule_check *c);
+/** Prepare its watch for the runs of one frame. */
+void schedule_watch(const kd_schedule *s, schedule_system *system);
+/** The pool that a system is given: while it is checked all its jobs run on the thread that is watched. */
+kd_jobs *schedule_pool(const kd_schedule *s);
+
+/* schedule_statistics.c */
+void schedule_add_sample(schedule_system *system, uint64_t ns);
+
+/* schedule_run.c */
+kd_system_context schedule_context(kd_schedule *s, const schedule_system *system, uint32_t worker);
 
 #endif

@@ -15,6 +15,7 @@ void *kd_singleton_ensure(kd_world *w, const kd_component_desc *desc)
     kd_component_id id = kd_component_ensure(w, desc);
     if (!id)
         return NULL;
+    ecs_watch_value(w, id, false);
     ecs_component *c = &w->components[id];
     void *value = atomic_load_explicit(&c->singleton, memory_order_acquire);
     if (value)

@@ -10,6 +10,9 @@ const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id)
 {
     ecs_table *t;
     uint32_t row;
+#ifndef NDEBUG
+    ecs_watch_value(w, id, true);
+#endif
     if (!ecs_locate(w, e, &t, &row))
         return NULL;
     uint32_t column = ecs_column_of(t, id);
@@ -21,7 +24,9 @@ const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id)
 kd_lookup kd_lookup_make(kd_world *w, const kd_component_desc *desc)
 {
     assert(desc->size && !(desc->flags & KD_COMPONENT_SPARSE) && "a look-up is for values in tables");
-    const ecs_places *p = &w->head.places[kd_component_ensure(w, desc)];
+    kd_component_id id = kd_component_ensure(w, desc);
+    const ecs_places *p = &w->head.places[id];
+    ecs_watch_value(w, id, false);
     return (kd_lookup){.records = w->head.records,
                        .columns = p->columns,
                        .entity_limit = w->head.entity_limit,

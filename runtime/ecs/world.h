@@ -92,12 +92,14 @@ kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value);
 /** Take a component off; one that it lacks is as good as taken. Moves the row to another table, so it can fail:
  * NO_MEMORY, nothing is changed. Errors also NOT_FOUND for a dead entity. */
 kd_status kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
+/** Tell whether it is there, without access to its value: any system may ask. */
+static inline bool kd_has_id(const kd_world *w, kd_entity e, kd_component_id id);
 #define kd_find(w, e, type)     ((const type *)kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)))
 #define kd_find_mut(w, e, type) ((type *)kd_find_mut_id((w), (e), KD_ID((w), type)))
 #define kd_set(w, e, type, ...) kd_set_value((w), (e), KD_VAL(type, __VA_ARGS__))
 #define kd_add(w, e, type)      kd_set_value((w), (e), KD_TAG(type))
 #define kd_remove(w, e, type)   kd_remove_id((w), (e), KD_ID((w), type))
-#define kd_has(w, e, type)      (kd_find_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type)) != NULL)
+#define kd_has(w, e, type)      kd_has_id((w), (e), KD_ID((kd_world *)(uintptr_t)(w), type))
 
 /* ---- one component of many entities, in any order ---- */
 /* What kd_find finds out each time, found out once: for loops that follow handles. */
@@ -189,6 +191,7 @@ void kd_world_limit_bytes(kd_world *w,
 /* ---- inlined ---- */
 kd_component_id ecs_component_ensure_slow(kd_world *w, const kd_component_desc *desc);
 void ecs_lookup_check(const kd_lookup *l);
+void ecs_watch_value(const kd_world *w, kd_component_id id, bool write); /* see kd_schedule_check */
 const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id);
 
 static inline kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc)
@@ -213,7 +216,7 @@ static inline const void *kd_lookup_find(const kd_lookup *l, kd_entity e)
     return column ? column + (size_t)ecs_record_row(r) * l->size : NULL;
 }
 
-static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id)
+static inline const void *ecs_find(const kd_world *w, kd_entity e, kd_component_id id)
 {
     const ecs_world_head *head = (const ecs_world_head *)(const void *)w;
     const ecs_places *p = &head->places[id <= ECS_MAX_COMPONENTS ? id : 0];
@@ -222,6 +225,19 @@ static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_componen
     if (ecs_record_generation(r) == e.generation && table < p->limit && p->columns[table])
         return p->columns[table] + (size_t)ecs_record_row(r) * p->size;
     return ecs_find_slow(w, e, id); /* dead, absent, a tag, sparse, or a pending handle */
+}
+
+static inline const void *kd_find_id(const kd_world *w, kd_entity e, kd_component_id id)
+{
+#ifndef NDEBUG
+    ecs_watch_value(w, id, false);
+#endif
+    return ecs_find(w, e, id);
+}
+
+static inline bool kd_has_id(const kd_world *w, kd_entity e, kd_component_id id)
+{
+    return ecs_find(w, e, id) != NULL;
 }
 
 #endif

@@ -26,6 +26,7 @@ typedef struct system_zone {
     bool ran;          /* in this frame */
     uint64_t frame_ns; /* own time in this frame */
     uint64_t bytes;
+    kd_profile_counts counts;
     /* while it runs */
     uint64_t start_ns, inner_ns; /* inner: spent in zones that began inside this one */
     uint32_t outer;              /* the zone round it on the same worker */
@@ -195,6 +196,12 @@ void kd_profile_bytes(kd_profile *p, uint32_t system, uint64_t bytes)
     p->zones[system].bytes = bytes;
 }
 
+void kd_profile_count(kd_profile *p, uint32_t system, const kd_profile_counts *counts)
+{
+    assert(system < p->zone_count);
+    p->zones[system].counts = *counts;
+}
+
 /* ---- results ---- */
 
 kd_profile_stats kd_profile_system_stats(const kd_profile *p, uint32_t system)
@@ -203,6 +210,7 @@ kd_profile_stats kd_profile_system_stats(const kd_profile *p, uint32_t system)
     const system_zone *zone = &p->zones[system];
     kd_profile_stats stats = summarize(zone->gpu_times.count ? &zone->gpu_times : &zone->cpu_times);
     stats.bytes = zone->bytes;
+    stats.counts = zone->counts;
     return stats;
 }
 

@@ -47,6 +47,14 @@ void kd_profile_gpu(kd_profile *p, uint32_t system, uint64_t ns);
 /** Feed how much memory the last run of a system moved. */
 void kd_profile_bytes(kd_profile *p, uint32_t system, uint64_t bytes);
 
+/* What a system did besides taking time: runs, the frames without one and why, rows its queries showed it. */
+typedef struct kd_profile_counts {
+    uint64_t runs, disabled, not_due, refused; /* switched off; not due by its rate; its condition said no */
+    uint64_t rows;
+} kd_profile_counts;
+/** Feed the counts of a system so far. */
+void kd_profile_count(kd_profile *p, uint32_t system, const kd_profile_counts *counts);
+
 /* ---- results ---- */
 
 typedef struct kd_profile_stats {
@@ -55,6 +63,7 @@ typedef struct kd_profile_stats {
     double max_ms, total_ms;
     uint64_t runs;
     uint64_t bytes;
+    kd_profile_counts counts; /* zeros unless fed */
 } kd_profile_stats;
 
 /* Median and p95 are of the latest KD_PROFILE_SAMPLES runs, the others of all. */

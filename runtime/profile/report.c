@@ -15,32 +15,57 @@ static int name_width(const kd_profile *p)
     return (int)width;
 }
 
+static uint64_t skipped(const kd_profile_counts *c)
+{
+    return c->disabled + c->not_due + c->refused;
+}
+
 /* The share is of the sum over all frames: what runs once in a hundred frames counts as much as it costs. A
  * GPU system and a CPU system may run at the same time, so shares can add up to more than 100. */
 static void write_row(FILE *out, int width, const kd_profile_system *system, const kd_profile_stats *stats,
                       double all_frames_ms)
 {
-    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %5.1f %%  %8.2f  %6llu\n", width, system->name,
-            system->phase, system->gpu ? "gpu" : "cpu", stats->median_ms, stats->p95_ms, stats->max_ms,
-            all_frames_ms > 0 ? 100 * stats->total_ms / all_frames_ms : 0.0, (double)stats->bytes * 1e-6,
-            (unsigned long long)stats->runs);
+    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %5.1f %%  %8.2f  %6llu  %7llu  %9llu\n", width,
+            system->name, system->phase, system->gpu ? "gpu" : "cpu", stats->median_ms, stats->p95_ms,
+            stats->max_ms, all_frames_ms > 0 ? 100 * stats->total_ms / all_frames_ms : 0.0,
+            (double)stats->bytes * 1e-6, (unsigned long long)stats->runs,
+            (unsigned long long)skipped(&stats->counts), (unsigned long long)stats->counts.rows);
+}
+
+/* Systems that never ran, each with the reason of most frames. */
+static void write_idle(const kd_profile *p, FILE *out)
+{
+    const char *between = "did not run: ";
+    for (uint32_t i = 0; i < profile_system_count(p); i++) {
+        kd_profile_counts c = kd_profile_system_stats(p, i).counts;
+        if (c.runs || !skipped(&c))
+            continue;
+        fprintf(out, "%s%s (%s)", between, profile_system(p, i).name,
+                c.disabled >= c.not_due && c.disabled >= c.refused ? "disabled"
+                : c.not_due >= c.refused                           ? "rate"
+                                                                   : "condition");
+        between = ", ";
+    }
+    if (between[0] == ',')
+        fputc('\n', out);
 }
 
 void kd_profile_write_table(const kd_profile *p, FILE *out)
 {
     int width = name_width(p);
     kd_profile_stats frame = kd_profile_frame_stats(p);
-    fprintf(out, "%-*s  %-15s  %-5s  %9s  %9s  %9s  %7s  %8s  %6s\n", width, "system", "phase", "where",
-            "median ms", "p95 ms", "max ms", "share", "MB moved", "runs");
+    fprintf(out, "%-*s  %-15s  %-5s  %9s  %9s  %9s  %7s  %8s  %6s  %7s  %9s\n", width, "system", "phase",
+            "where", "median ms", "p95 ms", "max ms", "share", "MB moved", "runs", "skipped", "rows");
     for (uint32_t i = 0; i < profile_system_count(p); i++) {
         kd_profile_system system = profile_system(p, i);
         kd_profile_stats stats = kd_profile_system_stats(p, i);
         if (stats.runs)
             write_row(out, width, &system, &stats, frame.total_ms);
     }
-    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %7s  %8.2f  %6llu\n", width, "frame", "", "",
-            frame.median_ms, frame.p95_ms, frame.max_ms, "", (double)frame.bytes * 1e-6,
-            (unsigned long long)frame.runs);
+    fprintf(out, "%-*s  %-15s  %-5s  %9.3f  %9.3f  %9.3f  %7s  %8.2f  %6llu  %7s  %9s\n", width, "frame", "",
+            "", frame.median_ms, frame.p95_ms, frame.max_ms, "", (double)frame.bytes * 1e-6,
+            (unsigned long long)frame.runs, "", "");
+    write_idle(p, out);
     fprintf(out, "GPU systems by: %s\n", profile_clock(p));
 }
 
@@ -50,6 +75,22 @@ static void write_times(kd_json *json, const kd_profile_stats *stats, const char
     for (int i = 0; i < 3; i++) {
         kd_json_key(json, keys[i]);
         kd_json_double(json, values[i]);
+    }
+}
+
+static void write_counts(kd_json *json, const kd_profile_counts *c)
+{
+    const struct {
+        const char *key;
+        uint64_t value;
+    } rows[] = {{"runs", c->runs},
+                {"disabled", c->disabled},
+                {"not_due", c->not_due},
+                {"refused", c->refused},
+                {"rows", c->rows}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        kd_json_key(json, rows[i].key);
+        kd_json_uint(json, rows[i].value);
     }
 }
 
@@ -65,6 +106,7 @@ static void write_system(kd_json *json, const kd_profile_system *system, const k
     write_times(json, stats, (const char *const[]){"median_ms", "p95_ms", "max_ms"});
     kd_json_key(json, "bytes");
     kd_json_uint(json, stats->bytes);
+    write_counts(json, &stats->counts);
     kd_json_object_end(json);
 }
 

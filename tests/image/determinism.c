@@ -67,6 +67,28 @@ static void a_shorter_run_gives_the_same_frames(void **state) {
     assert_same_file("long0002.png", "short.png");
 }
 
+/* The program stops with a message otherwise. */
+static void systems_of_the_demo_touch_what_they_declare(void **state) {
+    (void)state;
+    render("free", "2");
+    image_render(DEMO, "--size", SIZE, "--frames", "5", "--set", "debug.access=on", "--out",
+                 image_path("watched%04d.png"));
+    assert_same_frames("free", "watched");
+}
+
+/* Systems one by one, in orders that their declarations allow: were one missing, some order would show. */
+static void any_legal_order_of_systems_gives_the_same_bytes(void **state) {
+    (void)state;
+    render("ordered", "2");
+    for (int seed = 1; seed <= 3; seed++) {
+        char set[32];
+        snprintf(set, sizeof set, "debug.shuffle=%d", seed);
+        image_render(DEMO, "--size", SIZE, "--frames", "5", "--set", set, "--out",
+                     image_path("shuffled%04d.png"));
+        assert_same_frames("ordered", "shuffled");
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_runs_give_the_same_bytes),
@@ -74,6 +96,8 @@ int main(void) {
         cmocka_unit_test(frames_of_the_demo_differ),
         cmocka_unit_test(other_outputs_change_no_frame),
         cmocka_unit_test(a_shorter_run_gives_the_same_frames),
+        cmocka_unit_test(systems_of_the_demo_touch_what_they_declare),
+        cmocka_unit_test(any_legal_order_of_systems_gives_the_same_bytes),
     };
     return cmocka_run_group_tests(tests, image_setup, image_teardown);
 }

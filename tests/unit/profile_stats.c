@@ -202,6 +202,7 @@ static void json_has_the_members_of_the_statistics_file(void **state)
     kd_profile *p = make();
     feed(p, 1, (const double[]){2, 4, 3}, 3);
     kd_profile_bytes(p, 1, 123456);
+    kd_profile_count(p, 1, &(kd_profile_counts){3, 1, 2, 4, 500});
     kd_json json = {0};
     kd_json_object_begin(&json);
     kd_profile_write_json(p, &json);
@@ -210,11 +211,11 @@ static void json_has_the_members_of_the_statistics_file(void **state)
         kd_json_text(&json),
         "{\"frame_ms\":{\"median\":0,\"p95\":0,\"max\":0},\"systems\":["
         "{\"name\":\"animate\",\"phase\":\"animate\",\"where\":\"cpu\",\"median_ms\":0,\"p95_ms\":0,"
-        "\"max_ms\":0,\"bytes\":0},"
+        "\"max_ms\":0,\"bytes\":0,\"runs\":0,\"disabled\":0,\"not_due\":0,\"refused\":0,\"rows\":0},"
         "{\"name\":\"svo_build\",\"phase\":\"svo_build\",\"where\":\"gpu\",\"median_ms\":3,\"p95_ms\":4,"
-        "\"max_ms\":4,\"bytes\":123456},"
+        "\"max_ms\":4,\"bytes\":123456,\"runs\":3,\"disabled\":1,\"not_due\":2,\"refused\":4,\"rows\":500},"
         "{\"name\":\"never\",\"phase\":\"view\",\"where\":\"gpu\",\"median_ms\":0,\"p95_ms\":0,"
-        "\"max_ms\":0,\"bytes\":0}]}");
+        "\"max_ms\":0,\"bytes\":0,\"runs\":0,\"disabled\":0,\"not_due\":0,\"refused\":0,\"rows\":0}]}");
     kd_json_fini(&json);
     kd_profile_destroy(p);
 }
@@ -225,6 +226,7 @@ static void table_shows_what_ran_in_equal_columns(void **state)
     kd_profile *p = make();
     feed(p, 1, (const double[]){2, 4, 3}, 3);
     kd_profile_bytes(p, 1, 1500000);
+    kd_profile_count(p, 1, &(kd_profile_counts){3, 1, 2, 4, 777});
     kd_profile_frame_begin(p);
     kd_profile_frame_end(p);
     kd_profile_set_clock(p, "timestamps");
@@ -240,10 +242,28 @@ static void table_shows_what_ran_in_equal_columns(void **state)
     assert_non_null(strstr(row, "1.50"));
     assert_null(strstr(text, "never"));
     assert_null(strstr(text, "animate"));
+    assert_non_null(strstr(row, " 3        7        777\n"));
     assert_non_null(strstr(text, "timestamps"));
     size_t heading = strcspn(text, "\n");
     const char *frame = strstr(text, "\nframe") + 1;
     assert_int_equal(strcspn(frame, "\n"), heading);
+    free(text);
+    kd_profile_destroy(p);
+}
+
+static void table_names_what_never_ran_and_why(void **state)
+{
+    (void)state;
+    kd_profile *p = make();
+    char *text = NULL;
+    size_t size = 0;
+    kd_profile_count(p, 0, &(kd_profile_counts){.disabled = 1, .refused = 9});
+    kd_profile_count(p, 1, &(kd_profile_counts){.runs = 1, .not_due = 9});
+    kd_profile_count(p, 2, &(kd_profile_counts){.disabled = 10});
+    FILE *out = open_memstream(&text, &size);
+    kd_profile_write_table(p, out);
+    fclose(out);
+    assert_non_null(strstr(text, "did not run: animate (condition), never (disabled)\n"));
     free(text);
     kd_profile_destroy(p);
 }
@@ -260,6 +280,7 @@ int main(void)
         cmocka_unit_test(zones_may_run_on_several_workers),
         cmocka_unit_test(json_has_the_members_of_the_statistics_file),
         cmocka_unit_test(table_shows_what_ran_in_equal_columns),
+        cmocka_unit_test(table_names_what_never_ran_and_why),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
