@@ -2,7 +2,9 @@
 #define KD_COMPONENTS_SCENE_STORE_H
 
 /* Singleton: what entities refer to by number. The CPU side is filled by kd_scene_instantiate (systems/scene); the GPU side
- * follows in the next frame's phase animate (system scene_upload). Entries are never moved or removed while the world lives. */
+ * follows in the next frame's phase animate (system scene_upload). Models and what they bring stay while the world lives;
+ * what an instance has of its own (deformed entries with their vertices, joint and node entities) is given back once no
+ * entity refers to it, and its numbers are used again. Nothing is ever moved. */
 
 #include <stdbool.h>
 
@@ -33,6 +35,7 @@ typedef struct kd_store_deformed {
     kd_entity entity;
     uint32_t mesh;
     uint32_t first_primitive;            /* deformed_primitives: one per primitive of the mesh */
+    bool waiting;                        /* a number used again, whose vertices are not on the GPU yet */
 } kd_store_deformed;
 
 typedef struct kd_store_material {

@@ -149,7 +149,7 @@ bool deform_list_work(deform_work *work, const kd_scene_store *store)
         const kd_morph_weights *weights = KD_COLUMN(&it, kd_morph_weights, 2);
         for (uint32_t i = 0; ok && i < it.count; i++)
             if (instances[i].deformed && instances[i].deformed <= store->deformed_count &&
-                !instances[i].hidden)
+                store->deformed[instances[i].deformed - 1].mesh == instances[i].mesh && !instances[i].hidden)
                 ok = add_instance(work, store, &instances[i], skins ? &skins[i] : NULL,
                                   weights ? &weights[i] : NULL);
     }

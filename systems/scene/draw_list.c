@@ -87,7 +87,9 @@ static bool on_gpu(const kd_scene_store *store, const kd_mesh_instance *instance
     const scene_internal *in = store->internal;
     const kd_store_mesh *mesh = &store->meshes[instance->mesh];
     return mesh->first_primitive + mesh->primitive_count <= store->uploaded_primitives &&
-           instance->deformed <= in->uploaded_deformed;
+           instance->deformed <= in->uploaded_deformed &&
+           (!instance->deformed || (!store->deformed[instance->deformed - 1].waiting &&
+                                    store->deformed[instance->deformed - 1].mesh == instance->mesh));
 }
 
 static void finish_item(const collector *c, scene_item *item)

@@ -29,17 +29,20 @@ typedef struct builder {
 uint32_t scene_add_deformed(kd_scene_store *s, uint32_t mesh_number, bool with_skin)
 {
     const kd_store_mesh *mesh = &s->meshes[mesh_number];
-    s->deformed[s->deformed_count] =
-        (kd_store_deformed){.mesh = mesh_number, .first_primitive = s->deformed_primitive_count};
+    uint32_t number = scene_take(&b->in->deformed, &s->deformed_count, 1);
+    uint32_t first =
+        scene_take(&b->in->deformed_primitives, &s->deformed_primitive_count, mesh->primitive_count);
+    bool again = number < b->in->uploaded_deformed;
+    s->deformed[number] =
+        (kd_store_deformed){.mesh = mesh_number, .first_primitive = first, .waiting = again};
+    b->in->waiting_deformed += again;
     for (uint32_t i = 0; i < mesh->primitive_count; i++) {
         kd_store_primitive p = s->primitives[mesh->first_primitive + i];
-        if (scene_primitive_deforms(&p, with_skin)) {
-            p.base_vertex = s->vertex_count;
-            s->vertex_count += p.vertex_count;
-        }
-        s->deformed_primitives[s->deformed_primitive_count++] = p;
+        if (scene_primitive_deforms(&p, with_skin))
+            p.base_vertex = scene_take(&b->in->vertices, &s->vertex_count, p.vertex_count);
+        s->deformed_primitives[first + i] = p;
     }
-    return ++s->deformed_count; /* plus one, as the component wants it */
+    return number + 1; /* as the component wants it */
 }
 
 static kd_morph_weights default_weights(const kd_node_desc *node, const kd_store_mesh *mesh)
@@ -144,7 +147,7 @@ static kd_status build_nodes(builder *b, kd_entity root)
     for (uint32_t i = 0; i < b->model->node_count; i++) {
         const kd_node_desc *node = &b->model->nodes[i];
         kd_entity e = spawn_node(b, node);
-        b->store->node_entities[b->store->node_entity_count++] = e;
+        b->store->node_entities[b->first_node + i] = e;
         kd_entity parent =
             node->parent == KD_NONE ? root : b->store->node_entities[b->first_node + node->parent];
         if (!e.generation || kd_set_parent(b->world, e, parent) != KD_OK ||
@@ -153,7 +156,7 @@ static kd_status build_nodes(builder *b, kd_entity root)
     }
     for (uint32_t i = 0; i < b->model->skin_count; i++)
         for (uint32_t j = 0; j < b->model->skins[i].joint_count; j++)
-            b->store->joint_entities[b->store->joint_entity_count++] =
+            b->store->joint_entities[b->first_joint[i] + j] =
                 b->store->node_entities[b->first_node + b->model->skins[i].joints[j]];
     return KD_OK;
 }
@@ -183,6 +186,7 @@ static kd_status reserve_instance(builder *b)
         SCENE_RESERVE(s->joint_entities, b->in->joint_capacity, joints) &&
         SCENE_RESERVE(s->node_entities, b->in->node_capacity,
                       (uint64_t)s->node_entity_count + b->model->node_count) &&
+        SCENE_RESERVE(b->in->instances, b->in->instance_capacity, b->in->instance_count + 1ull) &&
         SCENE_RESERVE(s->deformed, b->in->deformed_capacity, deformed) &&
         SCENE_RESERVE(s->deformed_primitives, b->in->deformed_primitive_capacity, deformed_primitives);
     return room ? KD_OK : KD_NO_MEMORY;
@@ -200,22 +204,33 @@ static kd_entity spawn_root(builder *b, uint32_t model)
     return kd_spawn_values(b->world, values, b->model->clip_count ? 3 : 2);
 }
 
-/* The joints of all skins stand one skin after the other. */
-static bool place_joints(builder *b)
+/* Places for the entities of nodes and joints; the joints of all skins stand one skin after the other. */
+static bool place_entities(builder *b)
 {
-    uint32_t next = b->store->joint_entity_count;
+    kd_scene_store *s = b->store;
+    uint32_t joints = 0;
     b->first_joint = malloc((b->model->skin_count + (size_t)1) * sizeof *b->first_joint);
-    for (uint32_t i = 0; b->first_joint && i < b->model->skin_count; i++) {
-        b->first_joint[i] = next;
-        next += b->model->skins[i].joint_count;
+    if (!b->first_joint)
+        return false;
+    for (uint32_t i = 0; i < b->model->skin_count; i++) {
+        b->first_joint[i] = joints;
+        joints += b->model->skins[i].joint_count;
     }
-    return b->first_joint != NULL;
+    uint32_t first = scene_take(&b->in->joints, &s->joint_entity_count, joints);
+    for (uint32_t i = 0; i < b->model->skin_count; i++)
+        b->first_joint[i] += first;
+    b->first_node = scene_take(&b->in->nodes, &s->node_entity_count, b->model->node_count);
+    memset(s->joint_entities + first, 0, joints * sizeof *s->joint_entities);
+    memset(s->node_entities + b->first_node, 0, b->model->node_count * sizeof *s->node_entities);
+    b->in->instances[b->in->instance_count++] =
+        (scene_instance){{b->first_node, b->model->node_count}, {first, joints}};
+    return true;
 }
 
 static kd_status build(builder *b, uint32_t model, kd_entity parent, const char *name, kd_entity *top)
 {
     kd_status status = reserve_instance(b);
-    if (status == KD_OK && !place_joints(b))
+    if (status == KD_OK && !place_entities(b))
         status = KD_NO_MEMORY;
     if (status != KD_OK)
         return status;
@@ -235,7 +250,6 @@ kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, co
         return kd_fail(s ? KD_OUT_OF_RANGE : KD_NO_MEMORY, "no model %u is registered with the scene", model);
     builder b = {.world = w, .store = s, .in = s->internal, .entry = &s->models[model]};
     b.model = b.entry->model;
-    b.first_node = s->node_entity_count;
     kd_status status = build(&b, model, parent, name, root);
     free(b.first_joint);
     if (status == KD_OK)

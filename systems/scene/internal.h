@@ -5,6 +5,7 @@
 
 #include "components/mesh_instance.h"
 #include "components/scene_store.h"
+#include "runtime/core/ranges.h"
 #include "runtime/ecs/system.h"
 #include "shaders/shared/scene.h"
 
@@ -34,6 +35,11 @@ typedef struct scene_texture {
     kd_gpu_texture texture;
 } scene_texture;
 
+/* What one instance of a model holds in the store's lists besides deformed entries. */
+typedef struct scene_instance {
+    kd_range nodes, joints;
+} scene_instance;
+
 typedef struct scene_internal {
     uint32_t model_capacity, mesh_capacity, primitive_capacity, material_capacity, skin_capacity,
         clip_capacity;
@@ -46,7 +52,17 @@ typedef struct scene_internal {
     uint32_t box_count, box_capacity;
     scene_texture *textures;
     uint32_t texture_count, texture_capacity;
-    uint32_t uploaded_meshes, uploaded_materials, uploaded_deformed, uploaded_deformed_primitives;
+    uint32_t uploaded_meshes, uploaded_materials, uploaded_deformed;
+    uint32_t waiting_deformed; /* entries marked so */
+
+    /* What instances hold, see give_back.c. The ends are the store's counts. */
+    kd_ranges vertices, joints, nodes, deformed, deformed_primitives;
+    scene_instance *instances;
+    uint32_t instance_count, instance_capacity;
+    kd_query *holders, *players; /* entities that refer to such parts */
+    bool something_left;         /* one of them went since the last look */
+    uint32_t trim_in;            /* frames until buffers are cut to what is in use; 0: no need */
+    bool trim_now;
 } scene_internal;
 
 /** Get the store with its private side made. Returns NULL when memory is out. */
@@ -78,6 +94,15 @@ void scene_pack_attributes(const kd_primitive_desc *desc, uint32_t *words);
 void scene_pack_skin(const kd_primitive_desc *desc, uint32_t *words);
 /** Pack one morph target (zeros where the target has no deltas). */
 void scene_pack_morph(const kd_primitive_desc *desc, uint32_t target, uint32_t *words);
+
+/* ---- what instances hold and give back ---- */
+/** Take `count` places of one of the store's lists, whose end is *end; room was reserved. */
+uint32_t scene_take(kd_ranges *ranges, uint32_t *end, uint32_t count);
+/** Give back what no entity refers to any more. */
+void scene_give_back(kd_scene_store *store);
+/** Watch for components that go. Errors NO_MEMORY */
+kd_status scene_give_back_init(kd_world *w, scene_internal *in);
+void scene_give_back_fini(kd_world *w, scene_internal *in);
 
 /* ---- draw list ---- */
 typedef struct scene_item {

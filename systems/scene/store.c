@@ -1,4 +1,4 @@
-/* The scene store: arrays that only grow, numbered by those who refer to them. Ranges of the GPU streams are
+/* The scene store: arrays numbered by those who refer to them. What models bring is added at their ends and stays. Ranges of the GPU streams are
  * reserved here, at registration; system scene_upload fills them. Room is made before anything is written, so
  * that a failed registration leaves the store as it was. */
 
@@ -44,7 +44,12 @@ static void release(kd_scene_store *store)
                             in->reach,
                             in->boxes,
                             in->textures,
+                            in->instances,
                             in};
+    kd_ranges *const ranges[] = {&in->vertices, &in->joints, &in->nodes, &in->deformed,
+                                 &in->deformed_primitives};
+    for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++)
+        kd_ranges_fini(ranges[i]);
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
     *store = (kd_scene_store){0};

@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "components/animation.h"
 #include "runtime/core/log.h"
 #include "runtime/gpu/gpu.h"
 #include "systems/scene/internal.h"
@@ -11,8 +12,11 @@
 static bool upload_needed(kd_system_context *c)
 {
     const kd_scene_store *s = kd_singleton(c->world, kd_scene_store);
-    const scene_internal *in = s->internal;
-    return in && (in->uploaded_meshes < s->mesh_count || in->uploaded_materials < s->material_count ||
+    scene_internal *in = s->internal;
+    if (in && in->trim_in && --in->trim_in == 0)
+        in->trim_now = true;
+    return in && (in->trim_now || in->something_left || in->waiting_deformed ||
+                  in->uploaded_meshes < s->mesh_count || in->uploaded_materials < s->material_count ||
                   in->uploaded_deformed < s->deformed_count);
 }
 
@@ -28,6 +32,26 @@ static void ensure(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const char *
     kd_status status = kd_gpu_ensure_buffer(gpu, buffer, target, old, name);
     if (status != KD_OK)
         kd_log(KD_LOG_ERROR, "no room for %zu bytes of %s on the GPU; use a smaller scene", target, name);
+}
+
+/* Cut a buffer to what is in use. Where that fails the larger one serves on. */
+static void trim(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const char *name)
+{
+    if (size == 0 || size >= kd_gpu_buffer_size(gpu, *buffer))
+        return;
+    kd_gpu_buffer tight = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = size, .name = name});
+    if (!tight.id)
+        return;
+    kd_gpu_copy_buffer(gpu, *buffer, 0, tight, 0, size);
+    kd_gpu_destroy_buffer(gpu, *buffer);
+    *buffer = tight;
+}
+
+static void trim_buffers(kd_gpu *gpu, kd_scene_store *s)
+{
+    const size_t word = sizeof(uint32_t);
+    trim(gpu, &s->geometry, s->vertex_count * KD_GEOMETRY_WORDS * word, "scene geometry");
+    trim(gpu, &s->attributes, s->vertex_count * KD_ATTRIBUTE_WORDS * word, "scene attributes");
 }
 
 static void ensure_buffers(kd_gpu *gpu, kd_scene_store *s)
@@ -150,6 +174,11 @@ static void upload_run(kd_system_context *c)
 {
     kd_scene_store *s = kd_singleton(c->world, kd_scene_store);
     scene_internal *in = s->internal;
+    if (in->something_left)
+        scene_give_back(s);
+    if (in->trim_now)
+        trim_buffers(c->gpu, s);
+    in->trim_now = false;
     ensure_buffers(c->gpu, s);
     while (in->uploaded_meshes < s->mesh_count) {
         const kd_store_mesh *mesh = &s->meshes[in->uploaded_meshes];
@@ -162,7 +191,13 @@ static void upload_run(kd_system_context *c)
     }
     for (; in->uploaded_deformed < s->deformed_count; in->uploaded_deformed++)
         copy_instance(c->gpu, s, &s->deformed[in->uploaded_deformed]);
-    in->uploaded_deformed_primitives = s->deformed_primitive_count;
+    for (uint32_t i = 0; in->waiting_deformed && i < s->deformed_count; i++) {
+        if (!s->deformed[i].waiting)
+            continue;
+        copy_instance(c->gpu, s, &s->deformed[i]);
+        s->deformed[i].waiting = false;
+        in->waiting_deformed--;
+    }
     for (; in->uploaded_materials < s->material_count; in->uploaded_materials++)
         upload_material(c->gpu, in, &s->materials[in->uploaded_materials]);
 }
@@ -179,17 +214,19 @@ static void upload_fini(kd_system_context *c)
     }
     if (!in)
         return;
+    scene_give_back_fini(c->world, in);
     for (uint32_t i = 0; i < in->texture_count; i++)
         kd_gpu_destroy_texture(c->gpu, in->textures[i].texture);
     in->texture_count = 0;
-    in->uploaded_meshes = in->uploaded_materials = in->uploaded_deformed = in->uploaded_deformed_primitives =
-        0;
+    in->uploaded_meshes = in->uploaded_materials = in->uploaded_deformed = 0;
     s->uploaded_primitives = 0;
 }
 
 static kd_status upload_init(kd_system_context *c)
 {
-    return scene_store_get(c->world) ? KD_OK : kd_fail(KD_NO_MEMORY, "out of memory for the scene store");
+    kd_scene_store *store = scene_store_get(c->world);
+    kd_status status = store ? scene_give_back_init(c->world, store->internal) : KD_NO_MEMORY;
+    return status == KD_OK ? KD_OK : kd_fail(status, "out of memory for the scene store");
 }
 
 kd_status scene_register_upload(kd_schedule *s)
@@ -198,7 +235,8 @@ kd_status scene_register_upload(kd_schedule *s)
                                   .name = "scene_upload",
                                   .phase = KD_PHASE_ANIMATE,
                                   .where = KD_ON_GPU,
-                                  .components = {KD_CHANGES(kd_scene_store)},
+                                  .components = {KD_CHANGES(kd_scene_store), KD_USES(kd_mesh_instance),
+                                                 KD_USES(kd_skin_instance), KD_USES(kd_animation)},
                                   .resources = {{"scene.vertices", KD_USE_COPY_READ | KD_USE_COPY_WRITE},
                                                 {"scene.indices", KD_USE_COPY_WRITE},
                                                 {"scene.static", KD_USE_COPY_WRITE}},
