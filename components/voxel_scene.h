@@ -11,6 +11,7 @@
 #include <stdbool.h>
 
 #include "runtime/core/math.h"
+#include "runtime/core/ranges.h"
 #include "runtime/ecs/world.h"
 #include "runtime/gpu/gpu.h"
 #include "shaders/shared/voxel.h"
@@ -36,8 +37,10 @@ typedef struct kd_voxel_tile {
     float edge;          /* model space */
 } kd_voxel_tile;
 
-/* Voxels of one store primitive in one material at one span: one or more chunks. */
+/* Voxels of one store primitive in one material at one span: one or more chunks. Objects share it; when none has wanted it
+ * for a while it is given back, and its number is used again. */
 typedef struct kd_voxel_cache {
+    bool alive;
     uint32_t primitive;  /* store primitive (rest pose) */
     uint32_t material;   /* the entity's own, or the primitive's */
     const struct kd_primitive_desc *desc;
@@ -48,6 +51,8 @@ typedef struct kd_voxel_cache {
     kd_voxel_tile tile;
     uint32_t first_chunk, chunk_count;
     uint32_t voxel_count;
+    uint32_t wanted_at;  /* run of system voxel_objects in which an object last wanted it */
+    uint32_t next;       /* plus one: in its chain of the table of caches, or of free entries */
 } kd_voxel_cache;
 
 /* One primitive of one entity, or one tile of it. Its number is its index; numbers of departed objects are used again. */
@@ -96,8 +101,10 @@ typedef struct kd_voxel_scene {
     kd_voxel_cache *caches;
     kd_voxel_chunk *chunks;
     kd_voxel_object *objects;
-    uint32_t cache_count, chunk_count, object_count;
-    uint32_t cached_voxels, cached_bindings;
+    uint32_t cache_count, chunk_count, object_count; /* ends of these lists; free entries lie between */
+    uint32_t unmade;                     /* caches that are wanted and not made yet */
+    kd_ranges voxel_places, binding_places, chunk_places; /* who holds what of the cache buffers and of chunks */
+    uint32_t cached_voxels;              /* in living caches */
     float brightest_emission;            /* radiance of KD_EMISSION_ONE */
     float stored_unit;                   /* radiance that the tree stores as 1: keeps suns in lux within half floats */
 

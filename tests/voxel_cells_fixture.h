@@ -52,8 +52,8 @@ static inline cells read_cells(voxel_world *v, uint32_t object) {
     c.wall = calloc(count, 1);
     c.voxel = calloc(count, 4);
     assert_true(c.wall && c.voxel);
-    c.shape = voxel_read(scene->cache_shape, 0, (size_t)scene->cached_voxels * 8);
-    c.color = voxel_read(scene->cache_color, 0, (size_t)scene->cached_voxels * 4);
+    c.shape = voxel_read(scene->cache_shape, 0, (size_t)scene->voxel_places.end * 8);
+    c.color = voxel_read(scene->cache_color, 0, (size_t)scene->voxel_places.end * 4);
     for (uint32_t i = 0; i < c.cache->chunk_count; i++) {
         const kd_voxel_chunk *chunk = &scene->chunks[c.cache->first_chunk + i];
         for (uint32_t n = chunk->first; n < chunk->first + chunk->count; n++) {

@@ -222,8 +222,8 @@ static inline voxel_capture voxel_read_source(voxel_world *v) {
     }
     c.source.objects = c.held[at++] =
         voxel_read(scene->object_params, 0, scene->object_count * sizeof(struct kd_voxel_object_params));
-    c.source.shape = c.held[at++] = voxel_read(scene->cache_shape, 0, (size_t)scene->cached_voxels * 8);
-    c.source.color = c.held[at++] = voxel_read(scene->cache_color, 0, (size_t)scene->cached_voxels * 4);
+    c.source.shape = c.held[at++] = voxel_read(scene->cache_shape, 0, (size_t)scene->voxel_places.end * 8);
+    c.source.color = c.held[at++] = voxel_read(scene->cache_color, 0, (size_t)scene->voxel_places.end * 4);
     return c;
 }
 

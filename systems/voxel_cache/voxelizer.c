@@ -35,15 +35,23 @@ void voxelizer_fini(kd_gpu *gpu, voxelizer *v)
     kd_gpu_program programs[] = {v->mark, v->accumulate, v->pack, v->bind};
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
         kd_gpu_destroy_program(gpu, programs[i]);
-    kd_gpu_buffer buffers[] = {v->mask, v->ranks, v->sums, v->nearest, v->columns, v->counter};
-    for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
-        kd_gpu_destroy_buffer(gpu, buffers[i]);
+    voxelizer_rest(gpu, v);
+    kd_gpu_destroy_buffer(gpu, v->counter);
     kd_gpu_rank_fini(gpu, &v->rank);
     memset(v, 0, sizeof *v);
 }
 
+void voxelizer_rest(kd_gpu *gpu, voxelizer *v)
+{
+    kd_gpu_buffer *buffers[] = {&v->mask, &v->ranks, &v->sums, &v->nearest, &v->columns};
+    for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
+        kd_gpu_destroy_buffer(gpu, *buffers[i]);
+        *buffers[i] = (kd_gpu_buffer){0};
+    }
+}
+
 static struct pass_params params_of(const kd_scene_store *store, const kd_voxel_cache *cache,
-                                    const kd_voxel_scene *scene, const kd_voxel_chunk *chunk)
+                                    const kd_voxel_chunk *chunk)
 {
     const kd_store_primitive *p = &store->primitives[cache->primitive];
     const kd_store_material *m = &store->materials[cache->material];
@@ -51,42 +59,49 @@ static struct pass_params params_of(const kd_scene_store *store, const kd_voxel_
         .chunk_origin = {chunk->origin.x, chunk->origin.y, chunk->origin.z, chunk->span},
         .chunk_size = {chunk->size[0], chunk->size[1], chunk->size[2], 0},
         .source = {p->first_index, p->base_vertex, p->index_count / 3, p->first_skin_vertex},
-        .dest = {scene->cached_voxels, scene->cached_bindings, cache->kind, m->desc.double_sided ? 1u : 0u},
+        .dest = {0, 0, cache->kind, m->desc.double_sided ? 1u : 0u},
     };
     return pass;
 }
 
-/* A buffer of the given size, if shaders can have one that large at all. */
-static kd_status ensure(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, size_t keep, const char *name)
+/* A buffer for work in progress of the given size, if shaders can have one that large at all. */
+static kd_status ensure(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const char *name)
 {
     if (size > (size_t)kd_gpu_get_info(gpu)->max_ssbo_bytes)
-        return KD_TOO_LARGE;
-    return kd_gpu_ensure_buffer(gpu, buffer, size, keep, name);
+        return KD_OUT_OF_RANGE;
+    return kd_gpu_ensure_buffer(gpu, buffer, size, 0, name);
 }
 
 /* Grow the cache by half: buffers are copied when they grow, so few growths matter more than a tight fit. */
-static kd_status grow(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t used, size_t more, const char *name)
+static kd_status grow(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t want, const char *name)
 {
-    size_t have = buffer->id ? kd_gpu_buffer_size(gpu, *buffer) : 0, want = used + more;
+    size_t have = buffer->id ? kd_gpu_buffer_size(gpu, *buffer) : 0;
     size_t most = (size_t)kd_gpu_get_info(gpu)->max_ssbo_bytes;
     if (want <= have)
         return KD_OK;
+    if (want > most)
+        return KD_TOO_LARGE;
     size_t size = have + have / 2 > want ? have + have / 2 : want + want / 4;
-    return ensure(gpu, buffer, size > most && want <= most ? most : size, used, name);
+    return kd_gpu_ensure_buffer(gpu, buffer, size < most ? size : most, have, name);
 }
 
-static kd_status grow_cache(kd_gpu *gpu, kd_voxel_scene *scene, uint32_t voxels, uint32_t bindings)
+kd_status voxelizer_take(kd_gpu *gpu, kd_voxel_scene *scene, uint32_t voxels, uint32_t bindings,
+                         kd_voxel_chunk *chunk)
 {
-    kd_status status =
-        grow(gpu, &scene->cache_shape, (size_t)scene->cached_voxels * 8, (size_t)voxels * 8, "voxels.shape");
+    size_t ends = (size_t)kd_ranges_bound(&scene->voxel_places, voxels), word = KD_BINDING_WORDS * 4;
+    size_t bound = (size_t)kd_ranges_bound(&scene->binding_places, bindings);
+    kd_status status = grow(gpu, &scene->cache_shape, ends * 8, "voxels.shape");
     if (!status)
-        status = grow(gpu, &scene->cache_color, (size_t)scene->cached_voxels * 4, (size_t)voxels * 4,
-                      "voxels.color");
-    size_t word = KD_BINDING_WORDS * 4;
+        status = grow(gpu, &scene->cache_color, ends * 4, "voxels.color");
     if (!status)
-        status = grow(gpu, &scene->cache_binding, scene->cached_bindings * word,
-                      (bindings ? bindings : 1) * word, "voxels.binding");
-    return status;
+        status = grow(gpu, &scene->cache_binding, (bound ? bound : 1) * word, "voxels.binding");
+    if (status)
+        return status;
+    chunk->first = kd_ranges_take(&scene->voxel_places, voxels);
+    chunk->count = voxels;
+    chunk->first_binding = bindings ? kd_ranges_take(&scene->binding_places, bindings) : KD_EMPTY;
+    scene->cached_voxels += voxels;
+    return KD_OK;
 }
 
 /* What both triangle passes read (shaders/voxel_cache/triangle.glsl), and the mask. */
@@ -156,16 +171,16 @@ static void bind(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const k
 
 /* All that the counted voxels need, before any of them is written. */
 static kd_status make_room(kd_gpu *gpu, voxelizer *v, kd_voxel_scene *scene, uint32_t voxels,
-                           uint32_t bindings)
+                           uint32_t bindings, kd_voxel_chunk *chunk)
 {
-    kd_status status = ensure(gpu, &v->sums, (size_t)voxels * SUM_WORDS * 4, 0, "voxelizer.sums");
+    kd_status status = ensure(gpu, &v->sums, (size_t)voxels * SUM_WORDS * 4, "voxelizer.sums");
     if (!status)
-        status = ensure(gpu, &v->nearest, (size_t)voxels * 4, 0, "voxelizer.nearest");
-    return status ? status : grow_cache(gpu, scene, voxels, bindings);
+        status = ensure(gpu, &v->nearest, (size_t)voxels * 4, "voxelizer.nearest");
+    return status ? status : voxelizer_take(gpu, scene, voxels, bindings, chunk);
 }
 
 static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, uint32_t kind,
-                            kd_voxel_scene *scene, kd_voxel_chunk *chunk, const struct pass_params *pass,
+                            kd_voxel_scene *scene, kd_voxel_chunk *chunk, struct pass_params *pass,
                             uint32_t words)
 {
     uint32_t count = 0;
@@ -173,12 +188,11 @@ static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *sto
     uint32_t bindings = kind == KD_VOXEL_RIGID ? 0 : count;
     if (status || count == 0)
         return status;
-    status = make_room(gpu, v, scene, count, bindings);
+    status = make_room(gpu, v, scene, count, bindings, chunk);
     if (status)
         return status;
-    chunk->first = scene->cached_voxels;
-    chunk->count = count;
-    chunk->first_binding = bindings ? scene->cached_bindings : KD_EMPTY;
+    pass->dest.x = chunk->first;
+    pass->dest.y = chunk->first_binding;
     kd_gpu_fill_buffer(gpu, v->sums, 0, (size_t)count * SUM_WORDS * 4, 0);
     kd_gpu_fill_buffer(gpu, v->nearest, 0, (size_t)count * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -187,8 +201,6 @@ static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *sto
     if (bindings)
         bind(gpu, v, store, scene, *pass, words);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
-    scene->cached_voxels += count;
-    scene->cached_bindings += bindings;
     return KD_OK;
 }
 
@@ -200,17 +212,18 @@ kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, 
     chunk->first_binding = KD_EMPTY;
     kd_status status = columns_list(cache->desc, chunk, &columns);
     if (status)
-        return status;
+        return status == KD_TOO_LARGE ? KD_OUT_OF_RANGE : status;
     uint64_t cells = (uint64_t)chunk->size[0] * chunk->size[1] * chunk->size[2];
     uint32_t words = (uint32_t)((cells + 31) / 32);
-    struct pass_params pass = params_of(store, cache, scene, chunk);
+    struct pass_params pass = params_of(store, cache, chunk);
     pass.chunk_size.w = columns.columns;
     size_t row_bytes = ((size_t)columns.triangles + 1) * 16;
-    status = ensure(gpu, &v->columns, row_bytes, 0, "voxelizer.columns");
+    if (ensure(gpu, &v->columns, row_bytes, "voxelizer.columns"))
+        status = KD_TOO_LARGE; /* a row a triangle, wherever it lies: smaller chunks have as many */
     if (!status)
-        status = ensure(gpu, &v->mask, (size_t)words * 4, 0, "voxelizer.mask");
+        status = ensure(gpu, &v->mask, (size_t)words * 4, "voxelizer.mask");
     if (!status)
-        status = ensure(gpu, &v->ranks, (size_t)words * 4, 0, "voxelizer.ranks");
+        status = ensure(gpu, &v->ranks, (size_t)words * 4, "voxelizer.ranks");
     if (!status && columns.columns) {
         kd_gpu_write_buffer(gpu, v->columns, 0, columns.rows, row_bytes);
         kd_material_bind(gpu, &store->materials[cache->material]);

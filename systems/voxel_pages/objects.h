@@ -5,6 +5,7 @@
 #include "components/mesh_instance.h"
 #include "components/scene_store.h"
 #include "components/voxel_scene.h"
+#include "systems/voxel_pages/caches.h"
 
 /* The table of voxel objects, kept up with the draw list: which primitives of which entities are in the voxel scene, in
  * which layer, and through which caches. */
@@ -13,9 +14,9 @@ typedef struct voxel_objects {
     uint32_t slot_count;  /* a power of two */
     uint32_t used;        /* slots taken, also by objects that have left: their slots keep probe chains whole */
     uint32_t capacity;    /* of kd_voxel_scene.objects */
-    uint32_t cache_capacity;
     uint32_t free_head;   /* free objects are chained through kd_voxel_object.primitive, plus one */
     uint32_t live;
+    voxel_caches caches;
 } voxel_objects;
 
 /** What an object is this frame. */
@@ -37,10 +38,6 @@ typedef struct voxel_sight {
 
 /** Enter what is seen this frame into the table; marks it seen. May move kd_voxel_scene.objects. Errors KD_NO_MEMORY */
 kd_status objects_see(voxel_objects *table, kd_voxel_scene *scene, const voxel_sight *sight);
-
-/** Choose or ask for the cache of an object in cascade c. Errors KD_NO_MEMORY */
-kd_status objects_want_cache(voxel_objects *table, kd_voxel_scene *scene, kd_voxel_object *object,
-                             const kd_primitive_desc *desc, uint32_t c);
 
 /** Free the entry of an object that has left all pages. */
 void objects_forget(voxel_objects *table, kd_voxel_scene *scene, uint32_t object);

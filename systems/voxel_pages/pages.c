@@ -31,6 +31,7 @@ typedef struct layer_pages {
     uint32_t id_count;
     list in, out;  /* segment_request, uint32_t ids */
     list free_ids; /* ids to use again */
+    uint32_t spare_frames; /* in a row in which more than half of the pages were spare */
 } layer_pages;
 
 typedef struct pages_state {
@@ -145,6 +146,39 @@ static void update_object(pages_state *state, kd_voxel_scene *scene, uint32_t in
             include(state, scene, index, c);
 }
 
+/* Frames for which spare pages are kept. */
+#define KEEP_FRAMES 64
+
+static uint32_t pages_needed(const kd_voxel_pages *pages)
+{
+    return (pages->segment_count + KD_PAGE_SEGMENTS - 1) / KD_PAGE_SEGMENTS;
+}
+
+/* When most pages have been spare for a while, all segments of the layer leave, its buffers go, and what stands in the
+ * cascades comes in again, into pages enough for it. */
+static void shrink_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene, uint32_t l)
+{
+    layer_pages *layer = &state->layers[l];
+    kd_voxel_pages *pages = &scene->pages[l];
+    bool spare = pages->page_count > 2 * pages_needed(pages);
+    layer->spare_frames = spare ? layer->spare_frames + 1 : 0;
+    if (layer->spare_frames < KEEP_FRAMES)
+        return;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        kd_voxel_object *o = &scene->objects[i];
+        for (uint32_t c = 0; o->alive && layer_of(scene, o) == l && c < scene->cascade_count; c++)
+            if (o->segment_count[c])
+                exclude(state, scene, o, c);
+    }
+    kd_gpu_buffer *buffers[] = {&pages->segments, &pages->stacks, &pages->voxels, &layer->slots};
+    for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
+        kd_gpu_destroy_buffer(gpu, *buffers[i]);
+        *buffers[i] = (kd_gpu_buffer){0};
+    }
+    pages->page_count = layer->id_count = layer->spare_frames = 0;
+    layer->out.count = layer->free_ids.count = 0;
+}
+
 /* Ids lie in one list; when most of it is stale it is rewritten without the gaps. */
 static void compact_ids(pages_state *state, kd_voxel_scene *scene)
 {
@@ -169,9 +203,20 @@ static void compact_ids(pages_state *state, kd_voxel_scene *scene)
 
 /* ---- GPU side ---- */
 
+/* A buffer that the CPU writes, of at least `size` bytes; contents are not kept. */
+static bool ensure_stream(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const char *name)
+{
+    if (kd_gpu_buffer_size(gpu, *buffer) >= size)
+        return true;
+    kd_gpu_destroy_buffer(gpu, *buffer);
+    *buffer = kd_gpu_make_buffer(
+        gpu, &(kd_gpu_buffer_desc){.size = size + size / 2, .usage = KD_BUFFER_STREAM, .name = name});
+    return buffer->id != 0;
+}
+
 static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages)
 {
-    uint32_t need = (pages->segment_count + KD_PAGE_SEGMENTS - 1) / KD_PAGE_SEGMENTS;
+    uint32_t need = pages_needed(pages);
     if (need <= pages->page_count)
         return KD_OK;
     uint32_t before = pages->page_count, count = need > before + before / 2 ? need : before + before / 2;
@@ -198,8 +243,7 @@ static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages)
 static void dispatch_list(kd_gpu *gpu, pages_state *state, kd_gpu_program program, const layer_pages *layer,
                           const kd_voxel_pages *pages, const list *items, size_t size)
 {
-    if (!items->count ||
-        kd_gpu_ensure_buffer(gpu, &state->requests, items->count * size, 0, "voxels.requests"))
+    if (!items->count || !ensure_stream(gpu, &state->requests, items->count * size, "voxels.requests"))
         return;
     kd_gpu_write_buffer(gpu, state->requests, 0, items->items, items->count * size);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -287,8 +331,8 @@ static void fill_params(const kd_scene_store *store, const kd_voxel_scene *scene
     p->emission = (kd_gl_vec4){e.x * scale, e.y * scale, e.z * scale, 0};
 }
 
-/* All parameters go up every frame: 128 bytes an object. A changed emission of a static object rebuilds its
- * layer. */
+/* The parameters from the first to the last that changed go up: 128 bytes an object. A changed emission of a static object
+ * rebuilds its layer. */
 static void upload_params(kd_gpu *gpu, pages_state *state, const kd_scene_store *store, kd_voxel_scene *scene)
 {
     uint32_t n = scene->object_count;
@@ -300,18 +344,28 @@ static void upload_params(kd_gpu *gpu, pages_state *state, const kd_scene_store 
         state->params = grown;
         state->params_capacity = n * 2;
     }
+    size_t size = sizeof *state->params;
+    uint32_t first = n, end = 0;
+    bool made = n && kd_gpu_buffer_size(gpu, scene->object_params) < state->params_capacity * size;
+    if (!n || !ensure_stream(gpu, &scene->object_params, state->params_capacity * size, "voxels.objects"))
+        return;
     for (uint32_t i = 0; i < n; i++) {
         if (!scene->objects[i].alive)
             continue; /* its primitive is a link of the free list */
-        kd_gl_vec4 before = state->params[i].emission;
+        struct kd_voxel_object_params before = state->params[i];
         fill_params(store, scene, &scene->objects[i], &state->params[i]);
-        if (!scene->objects[i].dynamic && memcmp(&before, &state->params[i].emission, sizeof before) != 0)
+        if (memcmp(&before, &state->params[i], size) == 0)
+            continue;
+        first = i < first ? i : first;
+        end = i + 1;
+        if (!scene->objects[i].dynamic &&
+            memcmp(&before.emission, &state->params[i].emission, sizeof before.emission) != 0)
             scene->static_changed = true;
     }
-    size_t size = sizeof *state->params;
-    if (n && !kd_gpu_ensure_buffer(gpu, &scene->object_params, (size_t)state->params_capacity * size, 0,
-                                   "voxels.objects"))
-        kd_gpu_write_buffer(gpu, scene->object_params, 0, state->params, n * size);
+    if (made)
+        first = 0, end = n;
+    if (first < end)
+        kd_gpu_write_buffer(gpu, scene->object_params, first * size, state->params + first, (end - first) * size);
 }
 
 static void run(kd_system_context *context)
@@ -321,6 +375,8 @@ static void run(kd_system_context *context)
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     for (uint32_t l = 0; l < KD_LAYER_COUNT; l++)
         scene->pages[l].changed = false;
+    for (uint32_t l = 0; l < KD_LAYER_COUNT; l++)
+        shrink_layer(context->gpu, state, scene, l);
     for (uint32_t i = 0; i < scene->object_count; i++) {
         if (!scene->objects[i].alive)
             continue;

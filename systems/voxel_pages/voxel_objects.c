@@ -127,15 +127,20 @@ static void see_everything(kd_system_context *context, voxel_objects *table, kd_
     }
 }
 
+/* An object holds the caches of the cascades in which it stands, and no others. */
 static void want_caches(voxel_objects *table, kd_voxel_scene *scene)
 {
     for (uint32_t i = 0; i < scene->object_count; i++) {
         kd_voxel_object *o = &scene->objects[i];
-        for (uint32_t c = 0; o->alive && o->seen && c < scene->cascade_count; c++)
-            if (!o->caches[c] && (o->cascades >> c & 1u) &&
-                placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
-                objects_want_cache(table, scene, o, o->desc, c);
+        for (uint32_t c = 0; o->alive && o->seen && c < scene->cascade_count; c++) {
+            if (!(o->cascades >> c & 1u) ||
+                !placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
+                o->caches[c] = 0;
+            else if (caches_want(&table->caches, scene, o, c) != KD_OK)
+                kd_log(KD_LOG_WARNING, "out of memory for voxel caches; indirect light lacks some");
+        }
     }
+    caches_end_run(&table->caches, scene);
 }
 
 typedef struct box {

@@ -130,10 +130,10 @@ static kd_status again(voxel_world *v, voxelizer *tool, int64_t limit, kd_voxel_
     return status;
 }
 
-static void assert_left_out(voxel_world *v, voxelizer *tool, int64_t limit) {
+static void assert_left_out(voxel_world *v, voxelizer *tool, int64_t limit, kd_status why) {
     uint32_t had = voxel_scene(v)->cached_voxels;
     kd_voxel_chunk chunk;
-    assert_int_equal(again(v, tool, limit, &chunk), KD_TOO_LARGE);
+    assert_int_equal(again(v, tool, limit, &chunk), why);
     assert_int_equal(chunk.count, 0);
     assert_int_equal(voxel_scene(v)->cached_voxels, had);
     assert_packed(v, &voxel_scene(v)->chunks[cache_of(v)->first_chunk]);
@@ -149,14 +149,14 @@ static void voxels_that_no_buffer_holds_are_left_out_whole(void **state) {
     voxel_spawn(&v, make_grid(100, 700 * SPAN), voxel_at(0, 0, 0));
     voxel_frame(&v);
     assert_int_equal(voxelizer_init(voxel_gpu, &tool), KD_OK);
-    assert_left_out(&v, &tool, limit - 2000);
+    assert_left_out(&v, &tool, limit - 2000, KD_OUT_OF_RANGE);
     for (uint32_t n = 1; n < 4; n++) {
         assert_int_equal(again(&v, &tool, limit, &chunk), KD_OK);
         assert_int_equal(chunk.count, count);
         assert_int_equal(chunk.first, n * count);
         assert_packed(&v, &chunk);
     }
-    assert_left_out(&v, &tool, limit);
+    assert_left_out(&v, &tool, limit, KD_TOO_LARGE);
     assert_packed(&v, &chunk);
     voxelizer_fini(voxel_gpu, &tool);
     voxel_close(&v);
@@ -169,7 +169,7 @@ static void mask_that_no_buffer_holds_is_refused(void **state) {
     voxel_spawn(&v, make_slope(300 * SPAN), voxel_at(0, 0, 0));
     voxel_frame(&v);
     assert_int_equal(voxelizer_init(voxel_gpu, &tool), KD_OK);
-    assert_left_out(&v, &tool, 300 * 300 * 300 / 8); /* the mask has a little more */
+    assert_left_out(&v, &tool, 300 * 300 * 300 / 8, KD_OUT_OF_RANGE); /* the mask has a little more */
     assert_int_equal(kd_gpu_buffer_size(voxel_gpu, tool.mask), 0);
     voxelizer_fini(voxel_gpu, &tool);
     voxel_close(&v);

@@ -161,7 +161,7 @@ static float furthest_from_blend(voxel_world *v, uint32_t *checked) {
     const kd_joint_palette *palette = kd_singleton(v->world, kd_joint_palette);
     voxel_capture capture = voxel_read_source(v);
     uint32_t *bindings =
-        voxel_read(scene->cache_binding, 0, (size_t)scene->cached_bindings * KD_BINDING_WORDS * 4);
+        voxel_read(scene->cache_binding, 0, (size_t)scene->binding_places.end * KD_BINDING_WORDS * 4);
     const svo_reference_layer *pages = &capture.source.layers[KD_LAYER_DYNAMIC];
     float worst = 0;
     for (uint32_t s = 0; s < pages->slots; s++)
