@@ -74,20 +74,41 @@ static kd_status reserve(const copier *c)
     }
     if (vertices >= INT32_MAX)
         return KD_TOO_LARGE;
-    bool room = SCENE_RESERVE(s->joint_entities, in->joint_capacity, joints) &&
+    bool room = SCENE_RESERVE(in->instances, in->instance_capacity, in->instance_count + 2ull * c->count) &&
+                SCENE_RESERVE(s->joint_entities, in->joint_capacity, joints) &&
                 SCENE_RESERVE(s->node_entities, in->node_capacity, nodes) &&
                 SCENE_RESERVE(s->deformed, in->deformed_capacity, deformed) &&
                 SCENE_RESERVE(s->deformed_primitives, in->deformed_primitive_capacity, primitives);
     return room ? KD_OK : KD_NO_MEMORY;
 }
 
-/* Append what stands for `count` entities of a list to it. Returns where. */
-static uint32_t copy_list(const copier *c, kd_entity *list, uint32_t *list_count, uint32_t first, uint32_t count)
+/* Enter what stands for the `count` entities from `first` on at `at`. */
+static void copy_list(const copier *c, kd_entity *list, uint32_t at, uint32_t first, uint32_t count)
 {
-    uint32_t at = *list_count;
     for (uint32_t i = 0; i < count; i++)
-        list[(*list_count)++] = copy_of(c, list[first + i]);
-    return at;
+        list[at + i] = copy_of(c, list[first + i]);
+}
+
+static void copy_joints(const copier *c, kd_skin_instance *skin)
+{
+    kd_scene_store *s = c->store;
+    scene_internal *in = s->internal;
+    uint32_t count = s->skins[skin->skin].joint_count;
+    uint32_t at = scene_take(&in->joints, &s->joint_entity_count, count);
+    copy_list(c, s->joint_entities, at, skin->first_joint, count);
+    in->instances[in->instance_count++] = (scene_instance){.joints = {at, count}};
+    skin->first_joint = at;
+}
+
+static void copy_nodes(const copier *c, kd_animation *animation)
+{
+    kd_scene_store *s = c->store;
+    scene_internal *in = s->internal;
+    uint32_t count = s->models[animation->model - 1].model->node_count;
+    uint32_t at = scene_take(&in->nodes, &s->node_entity_count, count);
+    copy_list(c, s->node_entities, at, animation->first_node, count);
+    in->instances[in->instance_count++] = (scene_instance){.nodes = {at, count}};
+    animation->first_node = at;
 }
 
 static void renumber(const copier *c, kd_entity e)
@@ -97,11 +118,9 @@ static void renumber(const copier *c, kd_entity e)
     kd_animation *animation = kd_find_mut(c->world, e, kd_animation);
     kd_mesh_instance *mesh = kd_find_mut(c->world, e, kd_mesh_instance);
     if (skin)
-        skin->first_joint = copy_list(c, s->joint_entities, &s->joint_entity_count, skin->first_joint,
-                                      s->skins[skin->skin].joint_count);
+        copy_joints(c, skin);
     if (animation && animation->model)
-        animation->first_node = copy_list(c, s->node_entities, &s->node_entity_count, animation->first_node,
-                                          s->models[animation->model - 1].model->node_count);
+        copy_nodes(c, animation);
     if (mesh && mesh->deformed) {
         mesh->deformed = scene_add_deformed(s, mesh->mesh, skin != NULL);
         s->deformed[mesh->deformed - 1].entity = e;

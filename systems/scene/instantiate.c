@@ -28,18 +28,19 @@ typedef struct builder {
 
 uint32_t scene_add_deformed(kd_scene_store *s, uint32_t mesh_number, bool with_skin)
 {
+    scene_internal *in = s->internal;
     const kd_store_mesh *mesh = &s->meshes[mesh_number];
-    uint32_t number = scene_take(&b->in->deformed, &s->deformed_count, 1);
+    uint32_t number = scene_take(&in->deformed, &s->deformed_count, 1);
     uint32_t first =
-        scene_take(&b->in->deformed_primitives, &s->deformed_primitive_count, mesh->primitive_count);
-    bool again = number < b->in->uploaded_deformed;
+        scene_take(&in->deformed_primitives, &s->deformed_primitive_count, mesh->primitive_count);
+    bool again = number < in->uploaded_deformed;
     s->deformed[number] =
         (kd_store_deformed){.mesh = mesh_number, .first_primitive = first, .waiting = again};
-    b->in->waiting_deformed += again;
+    in->waiting_deformed += again;
     for (uint32_t i = 0; i < mesh->primitive_count; i++) {
         kd_store_primitive p = s->primitives[mesh->first_primitive + i];
         if (scene_primitive_deforms(&p, with_skin))
-            p.base_vertex = scene_take(&b->in->vertices, &s->vertex_count, p.vertex_count);
+            p.base_vertex = scene_take(&in->vertices, &s->vertex_count, p.vertex_count);
         s->deformed_primitives[first + i] = p;
     }
     return number + 1; /* as the component wants it */
