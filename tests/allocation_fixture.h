@@ -7,6 +7,7 @@
 
 #define _GNU_SOURCE
 #include <errno.h>
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -58,6 +59,10 @@ char *__real_strdup(const char *text);
 FILE *__real_fdopen(int fd, const char *mode);
 void *__real_mmap(void *address, size_t size, int protection, int flags, int fd, off_t offset);
 void *__real_mremap(void *address, size_t size, size_t new_size, int flags, void *new_address);
+int __real_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*fn)(void *),
+                          void *user);
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*fn)(void *),
+                          void *user);
 void *__wrap_malloc(size_t size);
 void *__wrap_calloc(size_t count, size_t size);
 void *__wrap_realloc(void *block, size_t size);
@@ -98,6 +103,12 @@ void *__wrap_mmap(void *address, size_t size, int protection, int flags, int fd,
 void *__wrap_mremap(void *address, size_t size, size_t new_size, int flags, void *new_address)
 {
     return allocation_fails() ? MAP_FAILED : __real_mremap(address, size, new_size, flags, new_address);
+}
+
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*fn)(void *),
+                          void *user)
+{
+    return allocation_fails() ? EAGAIN : __real_pthread_create(thread, attributes, fn, user);
 }
 
 #endif

@@ -50,6 +50,8 @@ kd_job_graph *kd_job_graph_make(kd_jobs *jobs) {
     kd_job_graph *g = calloc(1, sizeof *g);
     if (g)
         g->jobs = jobs;
+    else
+        kd_fail(KD_NO_MEMORY, "job graph: no memory to make one");
     return g;
 }
 

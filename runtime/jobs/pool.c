@@ -3,6 +3,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "runtime/core/log.h"
 #include "runtime/jobs/pool.h"
 
 enum {
@@ -65,13 +66,19 @@ static uint32_t processor_count(void)
     return online < 1 ? 1 : online > JOBS_MAX_WORKERS ? JOBS_MAX_WORKERS : (uint32_t)online;
 }
 
+static kd_jobs *no_pool(uint32_t threads)
+{
+    kd_log(KD_LOG_ERROR, "jobs: no memory, or no leave, for %u threads; ask for fewer", (unsigned)threads);
+    return NULL;
+}
+
 kd_jobs *kd_jobs_make(uint32_t threads)
 {
     threads = threads == 0 ? processor_count() : threads > JOBS_MAX_WORKERS ? JOBS_MAX_WORKERS : threads;
     size_t size = sizeof(kd_jobs) + threads * sizeof(job_worker);
     kd_jobs *jobs = aligned_alloc(128, (size + 127) / 128 * 128);
     if (!jobs)
-        return NULL;
+        return no_pool(threads);
     memset(jobs, 0, size);
     jobs->threads = threads;
     jobs->owner = &jobs_thread;
@@ -86,7 +93,7 @@ kd_jobs *kd_jobs_make(uint32_t threads)
         return jobs;
     atomic_fetch_sub(&jobs->alive.pending, threads - jobs->started); /* those never lived */
     kd_jobs_destroy(jobs);
-    return NULL;
+    return no_pool(threads);
 }
 
 void kd_jobs_destroy(kd_jobs *jobs)
