@@ -127,14 +127,17 @@ static void look_at_birds(kd_iter *rows, kd_commands *commands, void *user)
 {
     kd_world *w = user;
     flock *f = KD_COLUMN_MUT(rows, flock, 0);
+    kd_lookup place_of = KD_LOOKUP(w, place), motion_of = KD_LOOKUP(w, motion);
     (void)commands;
     for (uint32_t i = 0; i < rows->count; i++) {
         vec places = {0}, speeds = {0};
         uint32_t birds = 0;
         for (kd_entity e = kd_first_child(w, rows->entities[i]); e.generation;
              e = kd_next_sibling(w, e), birds++) {
-            places = add(places, kd_find(w, e, place)->at);
-            speeds = add(speeds, kd_find(w, e, motion)->speed);
+            const place *p = kd_lookup_find(&place_of, e);
+            const motion *m = kd_lookup_find(&motion_of, e);
+            places = add(places, p->at);
+            speeds = add(speeds, m->speed);
         }
         f[i].birds = birds;
         f[i].centre = scale(places, birds ? 1 / (float)birds : 0);
@@ -154,9 +157,10 @@ static void steer_rows(kd_iter *rows, kd_commands *commands, void *user)
     const cells *c = kd_singleton(w, cells);
     const place *p = KD_COLUMN(rows, place, 0);
     motion *m = KD_COLUMN_MUT(rows, motion, 1);
+    kd_lookup flock_of = KD_LOOKUP(w, flock);
     (void)commands;
     for (uint32_t i = 0; i < rows->count; i++) {
-        const flock *f = kd_find(w, rows->parents[i], flock);
+        const flock *f = kd_lookup_find(&flock_of, rows->parents[i]);
         uint32_t cell = cell_of(p[i].at);
         vec crowd = scale(c->sum[cell], 1 / (float)c->count[cell]); /* the bird itself is in it */
         vec wish = scale(subtract(f->centre, p[i].at), 0.3f);

@@ -1,6 +1,7 @@
 /* Components kept beside the tables, and enable bits. Which rows queries show is compared with a model in
  * ecs_random.c; here are the promises a model does not see. */
 
+#include "runtime/ecs/validate.h"
 #include "tests/unit/ecs_fixture.h"
 
 typedef struct spark {
@@ -177,6 +178,30 @@ static void enabling_what_was_not_declared_is_refused(void **state)
     kd_world_destroy(w);
 }
 
+static void a_component_given_twice_is_there_once(void **state)
+{
+    (void)state;
+    kd_world *w = kd_world_make();
+    const spark first[3] = {{1}, {2}, {3}}, second[3] = {{4}, {5}, {6}};
+    const position places[3] = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}},
+                   others[3] = {{4, 0, 0}, {5, 0, 0}, {6, 0, 0}};
+    kd_entity e[3];
+    assert_int_equal(kd_spawn_n(w, 3,
+                                (const kd_component_desc *const[]){&spark_desc, &position_desc, &spark_desc,
+                                                                   &position_desc},
+                                (const void *const[]){first, places, second, others}, 4, e),
+                     KD_OK);
+    assert_int_equal(kd_world_validate(w), KD_OK);
+    assert_int_equal(kd_find(w, e[2], spark)->heat, 6);
+    assert_true(kd_find(w, e[2], position)->x == 6);
+    kd_remove(w, e[1], spark);
+    assert_false(kd_has(w, e[1], spark));
+    kd_entity one = kd_spawn(w, KD_VAL(spark, {7}), KD_VAL(position, {7, 0, 0}), KD_VAL(spark, {8}));
+    assert_int_equal(kd_find(w, one, spark)->heat, 8);
+    assert_int_equal(kd_world_validate(w), KD_OK);
+    kd_world_destroy(w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -188,6 +213,7 @@ int main(void)
         cmocka_unit_test(disabled_components_hide_from_queries_alone),
         cmocka_unit_test(bits_may_change_while_a_query_is_iterated),
         cmocka_unit_test(enabling_what_was_not_declared_is_refused),
+        cmocka_unit_test(a_component_given_twice_is_there_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
