@@ -1,5 +1,5 @@
 /* The frame's graph for Graphviz: phases as clusters, GPU systems as boxes that carry the barrier before
- * them. */
+ * them. A system that is switched off has a dashed border. */
 #include <stdlib.h>
 
 #include "runtime/core/file.h"
@@ -30,6 +30,19 @@ static void write_name(FILE *out, const char *name)
     }
 }
 
+/* When it runs, if that is not once in every frame. */
+static void write_rate(FILE *out, const kd_system_desc *desc)
+{
+    const kd_system_rate *rate = &desc->rate;
+    if (rate->every_s > 0)
+        fprintf(out, "\\nevery %g s", rate->every_s);
+    else if (rate->every_frames > 1)
+        fprintf(out, "\\nevery %u frames from %u on", (unsigned)rate->every_frames,
+                (unsigned)rate->offset_frames);
+    if (desc->run_if)
+        fputs("\\nif its condition holds", out);
+}
+
 static void write_node(FILE *out, const kd_schedule *s, uint32_t index, uint32_t barrier)
 {
     const schedule_node *node = &s->nodes[index];
@@ -37,16 +50,19 @@ static void write_node(FILE *out, const kd_schedule *s, uint32_t index, uint32_t
         fprintf(out, "    n%u [label=\"merge\", shape=diamond, style=solid];\n", (unsigned)index);
         return;
     }
-    const kd_system_desc *desc = &s->systems[node->system].desc;
+    const schedule_system *system = &s->systems[node->system];
+    const kd_system_desc *desc = &system->desc;
     fprintf(out, "    n%u [label=\"", (unsigned)index);
     write_name(out, desc->name);
+    write_rate(out, desc);
     if (barrier) {
         fputs("\\nbarrier: ", out);
         write_uses(out, barrier);
     }
-    fprintf(out, "\", %s];\n",
+    fprintf(out, "\", %s%s];\n",
             desc->where == KD_ON_GPU ? "shape=box, fillcolor=\"#dce8f8\""
-                                     : "shape=ellipse, fillcolor=\"#f8f0dc\"");
+                                     : "shape=ellipse, fillcolor=\"#f8f0dc\"",
+            system->enabled && !schedule_is_left_out(s, system) ? "" : ", style=\"filled,dashed\"");
 }
 
 static void write_phase(FILE *out, const kd_schedule *s, kd_phase phase, const uint32_t *barriers)

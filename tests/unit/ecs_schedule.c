@@ -536,6 +536,10 @@ static void dot_shows_phases_edges_and_barriers(void **state)
                              .resources = {{"svo.nodes", KD_USE_SAMPLED}, {"picture", KD_USE_SAMPLED}},
                              .run = note,
                              .user = "t"});
+    add(&f, (kd_system_desc){.name = "u", .phase = KD_PHASE_CAPTURE, .rate = {.every_s = 0.5}, .run = note, .run_if = never, .user = "u"});
+    add(&f, (kd_system_desc){
+                .name = "v", .phase = KD_PHASE_CAPTURE, .rate = {.every_frames = 4, .offset_frames = 3}, .run = note, .user = "v"});
+    assert_int_equal(kd_schedule_enable(f.schedule, "v", false), KD_OK);
     kd_log_set_sink(quiet, NULL);
     assert_int_equal(kd_schedule_write_dot(f.schedule, path), KD_USAGE);
     kd_log_set_sink(NULL, NULL);
@@ -551,7 +555,9 @@ static void dot_shows_phases_edges_and_barriers(void **state)
     assert_non_null(strstr(text, "n0 -> n1 [label=\"sampled\"]"));
     assert_non_null(strstr(text, "n1 -> n2;"));
     assert_null(strstr(text, "n0 -> n2"));
-    assert_null(strstr(text, "cluster_input"));
+    assert_non_null(strstr(text, "label=\"u\\nevery 0.5 s\\nif its condition holds\""));
+    assert_non_null(strstr(text, "label=\"v\\nevery 4 frames from 3 on\", shape=ellipse, fillcolor=\"#f8f0dc\", style=\"filled,dashed\"]"));
+    assert_null(strstr(text, "cluster_hierarchy"));
     free(text);
     unlink(path);
     destroy(&f);
