@@ -6,24 +6,28 @@
 #include "runtime/jobs/pool.h"
 
 enum {
+    TRIAL = 2,     /* steals after a rest, to see whether jobs are still tiny */
     STRETCH = 8,   /* steals that are timed together */
-    TINY_NS = 150, /* what a steal costs thief and owner, about: a shorter job is not worth it */
+    TINY_NS = 250, /* what a steal costs thief and owner, with what the job finds cold: a shorter one is not
+                      worth it */
     REST_MIN_NS = 1000,
     REST_MAX_NS = 8000, /* less than a loop must last to be split at all */
 };
 
 /* Count a steal. A thief of tiny jobs hinders their owner more than it helps: it rests, ever longer as long
- * as they stay tiny. Eight steals are timed together, without the time in which there was nothing to steal.
+ * as they stay tiny. Some are timed together, without the time in which there was nothing to steal.
  */
 static void count_steal(job_worker *w)
 {
     if (w->idle_ns)
         w->stretch_ns += kd_clock_ns() - w->idle_ns;
     w->idle_ns = 0;
-    if (++w->stolen % STRETCH != 0)
+    uint32_t stretch = w->rest_ns ? TRIAL : STRETCH;
+    if (++w->stolen < stretch)
         return;
     uint64_t now = kd_clock_ns(), longer = w->rest_ns * 2;
-    bool tiny = now - w->stretch_ns < STRETCH * TINY_NS;
+    bool tiny = now - w->stretch_ns < stretch * TINY_NS;
+    w->stolen = 0;
     w->rest_ns = !tiny ? 0 : longer < REST_MIN_NS ? REST_MIN_NS : longer < REST_MAX_NS ? longer : REST_MAX_NS;
     w->rest_until_ns = now + w->rest_ns;
     w->stretch_ns = now;
