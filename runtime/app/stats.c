@@ -30,7 +30,7 @@ static void put_double(kd_json *j, const char *key, double value) {
 }
 
 static uint32_t count_with(kd_world *w, const kd_component_desc *desc) {
-    kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {{KD_TERM_WITH, desc}}});
+    kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {{.kind = KD_TERM_WITH, .desc = desc}}});
     uint32_t count = q ? kd_query_count(q) : 0;
     if (q)
         kd_query_destroy(q);

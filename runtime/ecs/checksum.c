@@ -107,6 +107,37 @@ static void add_sides(XXH3_state_t *state, const kd_world *w)
     }
 }
 
+/* Pairs by source, with the place that each has among the sources of its target: that is both orders. */
+static void add_relation(XXH3_state_t *state, const ecs_component *c, const ecs_relation *r)
+{
+    for (uint32_t index = 0; index < r->targets.page_limit * ECS_RUN_PAGE; index++) {
+        ecs_run run = ecs_run_of(&r->targets, index);
+        if (!run.count)
+            continue;
+        uint32_t first = run.base + run.skip;
+        add_u32(state, index);
+        add_u32(state, run.count);
+        XXH3_64bits_update(state, r->targets.entities + first, run.count * sizeof *r->targets.entities);
+        XXH3_64bits_update(state, r->targets.places + first, run.count * sizeof *r->targets.places);
+        if (c->size)
+            add_spans(state, c, r->targets.values + (size_t)first * c->size, run.count);
+    }
+}
+
+static void add_relations(XXH3_state_t *state, const kd_world *w)
+{
+    ecs_archetype all = {.ids = (kd_component_id *)(uintptr_t)w->relation_ids, .id_count = w->relation_count};
+    kd_component_id ids[ECS_MAX_COMPONENTS];
+    uint32_t count = w->pair_count ? order_by_name(w, &all, ids) : 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const ecs_relation *r = ecs_relation_of(w, ids[i]);
+        if (!r || !r->pair_count)
+            continue;
+        add_text(state, w->components[ids[i]].desc->name);
+        add_relation(state, &w->components[ids[i]], r);
+    }
+}
+
 uint64_t kd_world_checksum(const kd_world *w)
 {
     XXH3_state_t state;
@@ -115,5 +146,6 @@ uint64_t kd_world_checksum(const kd_world *w)
         if (w->head.tables[i]->count)
             add_table(&state, w, w->head.tables[i]);
     add_sides(&state, w);
+    add_relations(&state, w);
     return XXH3_64bits_digest(&state);
 }

@@ -16,12 +16,14 @@
 #include <stdlib.h>
 
 #include "runtime/ecs/internal.h"
+#include "runtime/ecs/relation.h"
 
 #define WORKER_BITS  6u
 #define MERGE_MASK   0x1ffffffu
 #define SHORTEST_RUN 4u /* rows that are worth moving together */
 
-enum { COMMAND_SPAWN, COMMAND_DESTROY, COMMAND_SET, COMMAND_REMOVE, COMMAND_ENABLE, COMMAND_PARENT, COMMAND_NAME };
+enum { COMMAND_SPAWN, COMMAND_DESTROY, COMMAND_SET, COMMAND_REMOVE, COMMAND_ENABLE, COMMAND_PARENT, COMMAND_NAME,
+       COMMAND_RELATE, COMMAND_UNRELATE };
 
 typedef struct command {
     uint32_t kind;
@@ -135,7 +137,7 @@ kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t cou
     assert(count <= ECS_MAX_COMPONENTS);
     for (uint32_t i = 0; i < count; i++) {
         ids[i] = kd_component_ensure(w, values[i].desc);
-        if (!ids[i]) {
+        if (!ids[i] || !ecs_needs_no_target(w, ids[i])) {
             c->failed = true;
             return KD_NO_ENTITY;
         }
@@ -212,6 +214,34 @@ void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name)
     memcpy(at + 1, name ? name : "", length);
 }
 
+/* The target comes before the value. */
+void kd_commands_relate(kd_commands *c, kd_entity source, kd_value relation, kd_entity target)
+{
+    kd_component_id id = kd_component_ensure(c->world, relation.desc);
+    size_t n = units(sizeof(command)) + units(sizeof target);
+    command *at = id ? record(c, n + value_units(c->world, id, relation.value)) : NULL;
+    c->failed |= !id;
+    if (!at)
+        return;
+    *at = (command){COMMAND_RELATE, 1, lasting(c->world, source)};
+    target = lasting(c->world, target);
+    memcpy(at + 1, &target, sizeof target);
+    write_value(c->world, (uint8_t *)(at + 1) + sizeof target, id, relation.value);
+}
+
+void kd_commands_unrelate(kd_commands *c, kd_entity source, const kd_component_desc *relation,
+                          kd_entity target)
+{
+    kd_component_id id = kd_component_ensure(c->world, relation);
+    command *at = id ? record(c, units(sizeof *at) + units(sizeof target)) : NULL;
+    c->failed |= !id;
+    if (!at)
+        return;
+    *at = (command){COMMAND_UNRELATE, id, lasting(c->world, source)};
+    target = lasting(c->world, target);
+    memcpy(at + 1, &target, sizeof target);
+}
+
 /* ---- applying ---- */
 static const void *read_value(kd_world *w, uint8_t **at, kd_component_id *id)
 {
@@ -226,10 +256,9 @@ static const void *read_value(kd_world *w, uint8_t **at, kd_component_id *id)
 }
 
 /* Values that find no place: what they own was given to the buffer, so it is released here. */
-static void drop_values(kd_world *w, const command *at)
+static void drop_values(kd_world *w, uint8_t *bytes, uint32_t count)
 {
-    uint8_t *bytes = (uint8_t *)(uintptr_t)(at + 1);
-    for (uint32_t i = 0; i < at->count; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         command_value head;
         memcpy(&head, bytes, sizeof head);
         bytes += sizeof head;
@@ -243,31 +272,44 @@ static kd_status apply_spawn(kd_world *w, kd_commands *c, const command *at)
 {
     kd_component_id ids[ECS_MAX_COMPONENTS];
     const void *values[ECS_MAX_COMPONENTS];
-    uint8_t *bytes = (uint8_t *)(uintptr_t)(at + 1);
+    uint8_t *first = (uint8_t *)(uintptr_t)(at + 1), *bytes = first;
     for (uint32_t i = 0; i < at->count; i++)
         values[i] = read_value(w, &bytes, &ids[i]);
     kd_entity e = ecs_spawn_ids(w, ids, values, at->count);
     c->spawned[at->e.index] = e;
     if (!e.generation)
-        drop_values(w, at);
+        drop_values(w, first, at->count);
     return e.generation ? KD_OK : KD_NO_MEMORY;
 }
 
 static kd_status apply_set(kd_world *w, const command *at)
 {
-    uint8_t *bytes = (uint8_t *)(uintptr_t)(at + 1);
+    uint8_t *first = (uint8_t *)(uintptr_t)(at + 1), *bytes = first;
     kd_component_id id;
     const void *value = read_value(w, &bytes, &id);
     kd_status status = ecs_set_id(w, at->e, id, value);
     if (status)
-        drop_values(w, at);
+        drop_values(w, first, 1);
+    return status;
+}
+
+static kd_status apply_relate(kd_world *w, const command *at)
+{
+    kd_entity target;
+    uint8_t *first = (uint8_t *)(uintptr_t)(at + 1) + sizeof target, *bytes = first;
+    kd_component_id id;
+    memcpy(&target, at + 1, sizeof target);
+    const void *value = read_value(w, &bytes, &id);
+    kd_status status = ecs_relate_id(w, at->e, id, value, target);
+    if (status)
+        drop_values(w, first, 1);
     return status;
 }
 
 static kd_status apply(kd_world *w, kd_commands *c, const command *at)
 {
     const void *bytes = at + 1;
-    kd_entity parent;
+    kd_entity other;
     uint64_t word;
     switch (at->kind) {
     case COMMAND_SPAWN:
@@ -283,8 +325,14 @@ static kd_status apply(kd_world *w, kd_commands *c, const command *at)
         memcpy(&word, bytes, sizeof word);
         return kd_enable_id(w, at->e, at->count, word != 0);
     case COMMAND_PARENT:
-        memcpy(&parent, bytes, sizeof parent);
-        return kd_set_parent(w, at->e, parent);
+        memcpy(&other, bytes, sizeof other);
+        return kd_set_parent(w, at->e, other);
+    case COMMAND_RELATE:
+        return apply_relate(w, at);
+    case COMMAND_UNRELATE:
+        memcpy(&other, bytes, sizeof other);
+        kd_unrelate_id(w, at->e, at->count, other);
+        return KD_OK;
     default:
         return kd_set_name(w, at->e, bytes);
     }
@@ -469,8 +517,11 @@ void ecs_commands_fini(kd_world *w)
         kd_commands *c = &w->commands[i];
         for (uint32_t k = 0; k < c->head_count; k++) {
             const command *at = command_at(w, &c->heads[k]);
+            uint8_t *values = (uint8_t *)(uintptr_t)(at + 1);
             if (at->kind == COMMAND_SPAWN || at->kind == COMMAND_SET)
-                drop_values(w, at);
+                drop_values(w, values, at->count);
+            else if (at->kind == COMMAND_RELATE)
+                drop_values(w, values + sizeof(kd_entity), 1);
         }
         ecs_free(w, c->heads);
         ecs_free(w, c->bytes);

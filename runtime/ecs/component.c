@@ -83,13 +83,22 @@ static kd_component_id register_component(kd_world *w, const kd_component_desc *
                 desc->name, ECS_MAX_COMPONENTS);
         return 0;
     }
+    if (desc->flags & KD_COMPONENT_RELATION && desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE)) {
+        kd_fail(KD_UNSUPPORTED, "component %s: a relation lies beside the tables as it is and has no enable "
+                                "bits; declare it without these flags", desc->name);
+        return 0;
+    }
     ecs_component *c = &w->components[count + 1];
     *c = (ecs_component){.desc = desc, .size = desc->size};
     for (uint32_t i = 0; i < desc->field_count; i++)
         c->has_entities |= desc->fields[i].type == KD_ENTITY;
     if (!fill_spans(w, c))
         return 0;
-    c->sparse = desc->flags & KD_COMPONENT_SPARSE;
+    c->sparse = desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_RELATION);
+    if (desc->flags & KD_COMPONENT_RELATION) {
+        w->relation_ids[w->relation_count++] = count + 1;
+        c->relation = w->relation_count;
+    }
     if (desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE))
         w->side_ids[w->side_count++] = count + 1;
     c->side = desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE) ? w->side_count : 0;

@@ -62,6 +62,9 @@ typedef enum kd_component_flags {
     KD_COMPONENT_TRANSIENT = 1, /* left out of snapshots (handles of a device, caches): the restored world lacks it */
     KD_COMPONENT_SPARSE = 2, /* kept beside the tables: adding and removing moves no row, iterating costs a look-up a row */
     KD_COMPONENT_TOGGLE = 4, /* kd_disable hides it from queries, value and place kept */
+    KD_COMPONENT_RELATION = 8, /* each value has a target entity, and an entity any number of them: relation.h */
+    KD_COMPONENT_EXCLUSIVE = 16, /* relations: one target at a time, relating to another replaces it */
+    KD_COMPONENT_CASCADE = 32,   /* relations: a source dies with its target; else only the pair goes */
 } kd_component_flags;
 
 #define KD_COMPONENT_DECLARE(type) extern const kd_component_desc type##_desc
@@ -92,6 +95,10 @@ typedef enum kd_component_flags {
                                            .align = (uint32_t)_Alignof(type), .fields = type##_fields,       \
                                            .field_count = (uint32_t)(sizeof type##_fields / sizeof(kd_field)), \
                                            .flags = (flags_)}
+#define KD_RELATION_DEFINE(type, name_, flags_, ...)                                                         \
+    KD_COMPONENT_DEFINE_FLAGS(type, name_, KD_COMPONENT_RELATION | (flags_), __VA_ARGS__)
+#define KD_RELATION_TAG_DEFINE(type, name_, flags_)                                                          \
+    const kd_component_desc type##_desc = {.name = (name_), .align = 1, .flags = KD_COMPONENT_RELATION | (flags_)}
 #define KD_TAG_DEFINE(type, name_) const kd_component_desc type##_desc = {.name = (name_), .align = 1}
 
 #endif

@@ -14,6 +14,8 @@ static inline void destroy_one(kd_world *w, kd_entity e, ecs_table *t, uint32_t 
         ecs_name_drop(w, e.index);
     if (w->side_limit)
         ecs_sides_drop(w, e.index);
+    if (w->pair_count)
+        ecs_relations_drop(w, e);
     if (t->archetype->hooked)
         ecs_table_release_rows(w, t, row, 1);
     ecs_table_remove(w, t, row);
@@ -39,6 +41,15 @@ static void destroy_subtree(kd_world *w, uint32_t root)
     }
 }
 
+/* Sources that die with a target; the list may grow on the way. */
+static void destroy_doomed(kd_world *w)
+{
+    for (uint32_t i = 0; i < w->doomed_count; i++)
+        if (kd_alive(w, w->doomed[i]))
+            destroy_subtree(w, w->doomed[i].index);
+    w->doomed_count = 0;
+}
+
 void kd_destroy(kd_world *w, kd_entity e)
 {
     ecs_table *t;
@@ -50,6 +61,8 @@ void kd_destroy(kd_world *w, kd_entity e)
         destroy_one(w, e, t, row);
     else
         destroy_subtree(w, e.index);
+    if (w->doomed_count)
+        destroy_doomed(w);
     ecs_events_settle(w);
 }
 
@@ -63,10 +76,10 @@ void kd_destroy_n(kd_world *w, const kd_entity *entities, uint32_t n)
     ecs_events_settle(w);
 }
 
-/* Nothing but the rows themselves: no children, names, values beside the table, hooks or observers. */
+/* Nothing but the rows themselves: no children, names, values beside the table, pairs, hooks or observers. */
 static bool rows_stand_alone(const kd_world *w, const ecs_table *t)
 {
-    if (t->depth || t->archetype->hooked || t->archetype->observed || w->side_limit)
+    if (t->depth || t->archetype->hooked || t->archetype->observed || w->side_limit || w->pair_count)
         return false;
     for (uint32_t row = 0; row < t->count && (w->node_limit || w->name_limit); row++) {
         uint32_t index = ecs_entities(t)[row].index;

@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "runtime/ecs/internal.h"
+#include "runtime/ecs/relation.h"
 #include "runtime/ecs/snapshot.h"
 
 typedef struct comparison {
@@ -48,27 +49,78 @@ static void compare_component(comparison *c, kd_entity e, kd_component_id id, kd
     const kd_component_desc *desc = component->desc;
     const void *x = kd_find_id(c->a, e, id), *y = other ? kd_find_id(c->b, e, other) : NULL;
     if (!x != !y) {
-        note(c, (kd_difference){KD_DIFFERENCE_COMPONENT, e, x ? 0 : 1, desc, NULL});
+        note(c, (kd_difference){KD_DIFFERENCE_COMPONENT, e, x ? 0 : 1, desc, NULL, KD_NO_ENTITY});
         return;
     }
     bool enabled = kd_is_enabled_id(c->a, e, id);
     if (x && enabled != kd_is_enabled_id(c->b, e, other))
-        note(c, (kd_difference){KD_DIFFERENCE_ENABLED, e, enabled ? 1 : 0, desc, NULL});
+        note(c, (kd_difference){KD_DIFFERENCE_ENABLED, e, enabled ? 1 : 0, desc, NULL, KD_NO_ENTITY});
     if (x && component->size) {
         if (c->b->components[other].size != component->size)
-            note(c, (kd_difference){KD_DIFFERENCE_VALUE, e, 0, desc, NULL});
+            note(c, (kd_difference){KD_DIFFERENCE_VALUE, e, 0, desc, NULL, KD_NO_ENTITY});
         else if (!spans_equal(component, x, y))
-            note(c, (kd_difference){KD_DIFFERENCE_VALUE, e, 0, desc, first_field(desc, x, y)});
+            note(c, (kd_difference){KD_DIFFERENCE_VALUE, e, 0, desc, first_field(desc, x, y), KD_NO_ENTITY});
     }
+}
+
+/* ---- pairs ---- */
+static void compare_pair(comparison *c, kd_entity e, kd_component_id id, kd_component_id other,
+                         kd_entity target)
+{
+    const ecs_component *component = &c->a->components[id];
+    const void *x = kd_pair_find_id(c->a, e, id, target), *y = kd_pair_find_id(c->b, e, other, target);
+    if (!x != !y)
+        note(c, (kd_difference){KD_DIFFERENCE_PAIR, e, x ? 0 : 1, component->desc, NULL, target});
+    else if (component->size != c->b->components[other].size)
+        note(c, (kd_difference){KD_DIFFERENCE_VALUE, e, 0, component->desc, NULL, target});
+    else if (component->size && !spans_equal(component, x, y))
+        note(c, (kd_difference){KD_DIFFERENCE_VALUE, e, 0, component->desc,
+                                first_field(component->desc, x, y), target});
+}
+
+static bool lists_equal(kd_entities x, kd_entities y)
+{
+    return x.count == y.count && (!x.count || memcmp(x.at, y.at, x.count * sizeof *x.at) == 0);
+}
+
+/* The same sources in another order; sources that only one world has are told where they are. */
+static bool sources_shuffled(const comparison *c, kd_entity e, kd_component_id id, kd_component_id other)
+{
+    kd_entities x = kd_sources_id(c->a, e, id), y = kd_sources_id(c->b, e, other);
+    if (x.count != y.count || lists_equal(x, y))
+        return false;
+    for (uint32_t i = 0; i < x.count; i++)
+        if (!kd_pair_find_id(c->b, x.at[i], other, e))
+            return false;
+    return true;
+}
+
+/* Pairs that only one has are told one by one; of an order that differs there is one word. */
+static void compare_relation(comparison *c, kd_entity e, kd_component_id id, kd_component_id other)
+{
+    kd_entities x = kd_targets_id(c->a, e, id), y = kd_targets_id(c->b, e, other);
+    uint32_t before = c->count;
+    for (uint32_t i = 0; i < x.count; i++)
+        compare_pair(c, e, id, other, x.at[i]);
+    for (uint32_t i = 0; i < y.count; i++)
+        if (!kd_pair_find_id(c->a, e, id, y.at[i]))
+            compare_pair(c, e, id, other, y.at[i]);
+    if (c->count == before && (!lists_equal(x, y) || sources_shuffled(c, e, id, other)))
+        note(c,
+             (kd_difference){KD_DIFFERENCE_PAIR_ORDER, e, 0, c->a->components[id].desc, NULL, KD_NO_ENTITY});
 }
 
 static void compare_components(comparison *c, kd_entity e)
 {
     for (kd_component_id id = 1; id <= kd_component_count(c->a); id++)
-        compare_component(c, e, id, c->b_ids[id]);
+        if (c->a->components[id].relation && c->b->components[c->b_ids[id]].relation)
+            compare_relation(c, e, id, c->b_ids[id]);
+        else
+            compare_component(c, e, id, c->b_ids[id]);
     for (kd_component_id id = 1; id <= kd_component_count(c->b); id++)
         if (!c->a_ids[id] && kd_find_id(c->b, e, id))
-            note(c, (kd_difference){KD_DIFFERENCE_COMPONENT, e, 1, c->b->components[id].desc, NULL});
+            note(c, (kd_difference){KD_DIFFERENCE_COMPONENT, e, 1, c->b->components[id].desc, NULL,
+                                    KD_NO_ENTITY});
 }
 
 static void compare_entity(comparison *c, kd_entity e)
@@ -137,34 +189,28 @@ const char *kd_difference_text(const kd_world *a, const kd_world *b, const kd_di
     const char *in = d->in ? "second" : "first", *component = d->component ? d->component->name : "";
     int n = snprintf(out, out_size, "entity %u.%u%s%s: ", d->entity.index, d->entity.generation,
                      *name ? " " : "", name);
+    char target[32] = "";
+    if (d->target.generation)
+        snprintf(target, sizeof target, "to %u.%u", d->target.index, d->target.generation);
     size_t used = n < 0 ? 0 : (size_t)n < out_size ? (size_t)n : out_size;
     char *at = out + used;
     size_t left = out_size - used;
     switch (d->kind) {
-    case KD_DIFFERENCE_ENTITY:
-        snprintf(at, left, "only in the %s world", in);
-        break;
-    case KD_DIFFERENCE_COMPONENT:
-        snprintf(at, left, "%s only in the %s world", component, in);
-        break;
+    case KD_DIFFERENCE_ENTITY: snprintf(at, left, "only in the %s world", in); break;
+    case KD_DIFFERENCE_COMPONENT: snprintf(at, left, "%s only in the %s world", component, in); break;
     case KD_DIFFERENCE_VALUE:
-        snprintf(at, left, "%s%s%s differs", component, d->field ? "." : "", d->field ? d->field->name : "");
+        snprintf(at, left, "%s%s%s%s%s differs", component, *target ? " " : "", target, d->field ? "." : "",
+                 d->field ? d->field->name : "");
         break;
-    case KD_DIFFERENCE_ENABLED:
-        snprintf(at, left, "%s disabled only in the %s world", component, in);
-        break;
+    case KD_DIFFERENCE_ENABLED: snprintf(at, left, "%s disabled only in the %s world", component, in); break;
     case KD_DIFFERENCE_NAME:
         snprintf(at, left, "named \"%s\" and \"%s\"", kd_get_name(a, d->entity), kd_get_name(b, d->entity));
         break;
-    case KD_DIFFERENCE_PARENT:
-        snprintf(at, left, "another parent");
-        break;
-    case KD_DIFFERENCE_SIBLING:
-        snprintf(at, left, "another sibling follows");
-        break;
-    case KD_DIFFERENCE_ORDER:
-        snprintf(at, left, "from here on the entities come in another order");
-        break;
+    case KD_DIFFERENCE_PARENT: snprintf(at, left, "another parent"); break;
+    case KD_DIFFERENCE_PAIR: snprintf(at, left, "%s %s only in the %s world", component, target, in); break;
+    case KD_DIFFERENCE_PAIR_ORDER: snprintf(at, left, "pairs of %s come in another order", component); break;
+    case KD_DIFFERENCE_SIBLING: snprintf(at, left, "another sibling follows"); break;
+    case KD_DIFFERENCE_ORDER: snprintf(at, left, "from here on the entities come in another order"); break;
     }
     return out;
 }

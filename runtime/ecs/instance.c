@@ -1,9 +1,10 @@
-/* Copying subtrees. The prototype's nodes are visited in preorder; of each all n copies are appended to its table in
- * one go. Copy i of node k is made[k * n + i], and a hash from entity index to k says where a handle that points into
- * the prototype leads in a copy. */
+/* Copying subtrees. The prototype's nodes are visited in preorder; of each all n copies are appended to its
+ * table in one go. Copy i of node k is made[k * n + i], and a hash from entity index to k says where a handle
+ * that points into the prototype leads in a copy. */
 
 #include "runtime/ecs/instance.h"
 #include "runtime/ecs/internal.h"
+#include "runtime/ecs/relation.h"
 
 typedef struct instancing {
     kd_world *w;
@@ -50,6 +51,10 @@ static kd_status check_node(const instancing *in, uint32_t index)
     for (uint32_t i = 0; i < w->side_limit && i < w->side_count; i++)
         if (w->components[w->side_ids[i]].desc->on_remove && ecs_side_find(w, w->side_ids[i], index))
             return owns_something(w, w->side_ids[i]);
+    for (uint32_t i = 0; w->pair_count && i < w->relation_count; i++)
+        if (w->components[w->relation_ids[i]].desc->on_remove &&
+            ecs_relation_find(w, w->relation_ids[i], ecs_handle_at(w, index)))
+            return owns_something(w, w->relation_ids[i]);
     return KD_OK;
 }
 
@@ -72,9 +77,10 @@ static kd_status list_nodes(instancing *in, uint32_t root)
     in->nodes = ecs_grow(w, NULL, 0, in->node_count * sizeof *in->nodes);
     in->slots = ecs_grow(w, NULL, 0, (in->slot_mask + 1) * sizeof *in->slots);
     in->made = ecs_grow(w, NULL, 0, (size_t)total * sizeof *in->made);
+    if (in->made)
+        memset(in->made, 0, (size_t)total * sizeof *in->made);
     if (!in->nodes || !in->slots || !in->made)
         return KD_NO_MEMORY;
-    memset(in->made, 0, (size_t)total * sizeof *in->made);
     memset(in->slots, 0, (in->slot_mask + 1) * sizeof *in->slots);
     for (uint32_t at = root, k = 0; at != ECS_NONE; at = ecs_subtree_next(w, root, at), k++) {
         in->nodes[k] = ecs_handle_at(w, at);
@@ -173,7 +179,7 @@ static void lead_handles(const instancing *in, uint32_t k)
 {
     const kd_world *w = in->w;
     for (kd_component_id id = 1; id <= kd_component_count(w); id++) {
-        if (!w->components[id].has_entities || !kd_find_id(w, in->nodes[k], id))
+        if (!w->components[id].has_entities || w->components[id].relation || !kd_find_id(w, in->nodes[k], id))
             continue;
         for (uint32_t i = 0; i < in->n; i++) {
             const void *value = kd_find_id(w, in->made[(size_t)k * in->n + i], id);
@@ -182,27 +188,70 @@ static void lead_handles(const instancing *in, uint32_t k)
     }
 }
 
+/* ---- pairs ---- */
+/* Give copy i of node k the node's pair at `place`. */
+static kd_status copy_pair(const instancing *in, kd_component_id id, uint32_t k, uint32_t place, uint32_t i)
+{
+    kd_world *w = in->w;
+    const uint8_t *values = kd_target_values_id(w, in->nodes[k], id);
+    const void *value = values ? values + (size_t)place * w->components[id].size : NULL;
+    kd_entity source = in->made[(size_t)k * in->n + i], target = kd_targets_id(w, in->nodes[k], id).at[place];
+    uint32_t within = node_of(in, target);
+    target = within == ECS_NONE ? target : in->made[(size_t)within * in->n + i];
+    kd_status status = ecs_relate_id(w, source, id, value, target);
+    if (!status && w->components[id].has_entities)
+        lead_value(in, id, (uint8_t *)(uintptr_t)kd_pair_find_id(w, source, id, target), i);
+    return status;
+}
+
+static kd_status copy_pairs(const instancing *in, uint32_t k)
+{
+    const kd_world *w = in->w;
+    kd_status status = KD_OK;
+    for (uint32_t r = 0; r < w->relation_count && !status; r++) {
+        kd_component_id id = w->relation_ids[r];
+        uint32_t count = kd_targets_id(w, in->nodes[k], id).count;
+        for (uint32_t i = 0; i < in->n && !status; i++)
+            for (uint32_t place = 0; place < count && !status; place++)
+                status = copy_pair(in, id, k, place, i);
+    }
+    return status;
+}
+
 /* ---- all of it ---- */
+static kd_status copy_all(instancing *in, uint32_t root)
+{
+    kd_status status = list_nodes(in, root);
+    for (uint32_t k = 0; k < in->node_count && !status; k++)
+        status = copy_node(in, k);
+    for (uint32_t k = 0; in->w->pair_count && k < in->node_count && !status; k++)
+        status = copy_pairs(in, k);
+    return status;
+}
+
+static void tell_of_copies(const instancing *in)
+{
+    kd_world *w = in->w;
+    for (uint64_t i = 0; i < (uint64_t)in->node_count * in->n; i++) {
+        ecs_event_row(w, KD_ON_ADD, ecs_table_of(w, in->made[i].index), ecs_row_of(w, in->made[i].index));
+        ecs_relations_added(w, in->made[i]);
+    }
+}
+
 static kd_status instantiate(instancing *in, uint32_t root)
 {
     kd_world *w = in->w;
-    kd_status status = list_nodes(in, root);
-    uint32_t k = 0;
-    for (; k < in->node_count && !status; k++)
-        status = copy_node(in, k);
-    if (status) {
-        bool observed = w->any_observed; /* nobody was told of the copies */
-        w->any_observed = false;
-        for (uint32_t i = 0; k > 0 && i < in->n; i++)
-            kd_destroy(w, in->made[i]); /* the roots hold all others; no handle yet: nothing to do */
-        w->any_observed = observed;
-        return status;
-    }
-    for (k = 0; k < in->node_count; k++)
+    bool observed = w->any_observed; /* nobody is told of a copy before all are complete */
+    w->any_observed = false;
+    kd_status status = copy_all(in, root);
+    for (uint32_t i = 0; status && in->made && i < in->n; i++)
+        kd_destroy(w, in->made[i]); /* the roots hold all others; no handle yet: nothing to do */
+    for (uint32_t k = 0; k < in->node_count && !status; k++)
         lead_handles(in, k);
-    for (uint64_t i = 0; w->any_observed && i < (uint64_t)in->node_count * in->n; i++)
-        ecs_event_row(w, KD_ON_ADD, ecs_table_of(w, in->made[i].index), ecs_row_of(w, in->made[i].index));
-    return KD_OK;
+    w->any_observed = observed;
+    if (!status && observed)
+        tell_of_copies(in);
+    return status;
 }
 
 kd_status kd_instantiate(kd_world *w, kd_entity prototype, kd_entity parent, uint32_t n, kd_entity *roots)

@@ -13,6 +13,8 @@
  *   destroy.c      one death, many deaths
  *   hierarchy.c    parents, ordered children, depth
  *   sparse.c       values and enable bits kept by entity, beside the tables
+ *   pairs.c        the store of a relation: targets by source, sources by target
+ *   relation.c     relating, and what happens to pairs when an entity dies
  *   query.c        cached lists of matching tables
  *   parallel.c     a query's rows shared among workers
  *   commands.c     changes recorded by workers and merged in a defined order
@@ -23,7 +25,7 @@
  *   validate.c     the invariants below, checked
  *   schedule*.c    systems: their graph, how often they run, what they did
  *   watch.c        what the running system touches, held against what it declares
- *   names.c singleton.c checksum.c reflect.c world.c
+ *   names.c path.c singleton.c checksum.c reflect.c world.c
  *
  * Invariants
  *   - The record of a living entity says table, row and generation, and that row of the table's entity column
@@ -61,7 +63,8 @@ typedef struct ecs_component {
     ecs_span *spans;
     bool has_entities; /* some field is a KD_ENTITY */
     bool sparse;
-    uint32_t side; /* place + 1 in the world's sides; 0: neither sparse nor with enable bits */
+    uint32_t side;     /* place + 1 in the world's sides; 0: neither sparse nor with enable bits */
+    uint32_t relation; /* place + 1 in the world's relations, sparse too; 0: no relation */
     _Atomic(void *) singleton;
 } ecs_component;
 
@@ -148,6 +151,33 @@ typedef struct ecs_side {
 } ecs_side;
 #define ECS_PAGE 1024u
 
+/* ---- relations ---- */
+/* One entity's items in a pool: [base + skip, base + skip + count) of a block of 1 << (room - 1). */
+typedef struct ecs_run {
+    uint32_t base, skip;
+    uint32_t count : 27, room : 5; /* room 0: no block */
+} ecs_run;
+#define ECS_RUN_PAGE  256u
+#define ECS_MAX_ITEMS 0x7fffffffu
+
+typedef struct ecs_store {
+    ecs_run **pages; /* by index / ECS_RUN_PAGE, NULL where none */
+    uint32_t page_limit;
+    uint32_t used, capacity; /* items of the pool */
+    uint32_t value_size;     /* 0: no values */
+    bool has_places;
+    uint32_t free[32];   /* by size: first item of a free block + 1; the next in its first handle's index */
+    kd_entity *entities; /* [capacity] the other end of each pair */
+    uint32_t *places;    /* [capacity] targets: at which place of the target's run the source stands */
+    uint8_t *values;     /* [capacity] targets */
+} ecs_store;
+
+typedef struct ecs_relation {
+    ecs_store targets, sources; /* by source, by target */
+    uint32_t pair_count;
+    uint64_t version; /* of the newest change */
+} ecs_relation;
+
 /* ---- entities ---- */
 typedef struct ecs_node {
     uint32_t first, last, next, previous; /* entity indices, ECS_NONE where none */
@@ -190,9 +220,11 @@ struct kd_query {
     uint32_t term_count;
     uint8_t kinds[KD_MAX_TERMS];
     kd_component_id ids[KD_MAX_TERMS];
+    kd_entity targets[KD_MAX_TERMS]; /* of terms of relations; generation 0: any */
+    uint32_t relation_terms;         /* bits */
     bool by_depth;
     bool has_any;
-    uint32_t row_terms;    /* bits of the terms that are asked row by row: sparse, or with enable bits */
+    uint32_t row_terms;    /* bits of the terms that are asked row by row: sparse, of relations, with enable bits */
     uint32_t sparse_terms; /* of these, the sparse ones that are accessed */
     ecs_match *matches;
     uint32_t match_count, match_capacity;
@@ -232,7 +264,7 @@ typedef struct ecs_queued {
     uint32_t event;
     kd_component_id id;
     kd_entity entity;
-    uint32_t value; /* in units of 16 bytes, ECS_NONE: none */
+    uint32_t value; /* in units of 16 bytes, ECS_NONE: none; of a relation, the target and then the value */
 } ecs_queued;
 typedef struct ecs_event_queue {
     ecs_queued *events;
@@ -267,6 +299,12 @@ struct kd_world {
     ecs_side *sides; /* by ecs_component.side - 1, as far as they were used */
     uint32_t side_limit, side_capacity;
 
+    ecs_relation *relations; /* by ecs_component.relation - 1, as far as they were used */
+    uint32_t relation_limit, relation_capacity;
+    uint32_t pair_count, cascade_count; /* pairs of all relations, and of those that cascade */
+    kd_entity *doomed;                  /* sources that die after their target; room for every cascading pair */
+    uint32_t doomed_count, doomed_capacity;
+
     kd_query *queries; /* the storage ends here */
 
     _Atomic uint64_t version; /* stamped on write access; raised by kd_world_version */
@@ -278,6 +316,8 @@ struct kd_world {
     uint32_t desc_slots_used;
     uint32_t side_count; /* components that have a side */
     kd_component_id side_ids[ECS_MAX_COMPONENTS];
+    uint32_t relation_count;
+    kd_component_id relation_ids[ECS_MAX_COMPONENTS];
     ecs_component components[ECS_MAX_COMPONENTS + 1];
 
     _Atomic size_t bytes;
@@ -473,6 +513,50 @@ bool ecs_side_disable(kd_world *w, kd_component_id id, uint32_t index, bool disa
 void ecs_sides_drop(kd_world *w, uint32_t index); /* everything the entity has beside the tables */
 void ecs_sides_fini(kd_world *w);
 
+/* pairs.c: the store; events, hooks and cascades are relation.c's */
+ecs_relation *ecs_relation_ensure(kd_world *w, kd_component_id id); /* NULL when out */
+static inline ecs_relation *ecs_relation_of(const kd_world *w, kd_component_id id)
+{
+    uint32_t relation = w->components[id].relation;
+    return relation && relation <= w->relation_limit ? &w->relations[relation - 1] : NULL;
+}
+static inline ecs_run ecs_run_of(const ecs_store *s, uint32_t index)
+{
+    const ecs_run *page = index / ECS_RUN_PAGE < s->page_limit ? s->pages[index / ECS_RUN_PAGE] : NULL;
+    return page ? page[index % ECS_RUN_PAGE] : (ecs_run){0};
+}
+static inline void *ecs_pair_value(const kd_world *w, kd_component_id id, const ecs_relation *r, uint32_t item)
+{
+    uint32_t size = w->components[id].size;
+    return size ? r->targets.values + (size_t)item * size : (void *)(uintptr_t)w->tag_value;
+}
+/** Place of the target in the source's run, ECS_NONE when they are not related. */
+uint32_t ecs_pair_place(const ecs_relation *r, kd_entity source, kd_entity target);
+/** Item of a pair in the pool, of the source's first one when there is no target. ECS_NONE when there is none. */
+uint32_t ecs_pair_item(const ecs_relation *r, kd_entity source, kd_entity target);
+bool ecs_pair_reserve(kd_world *w, ecs_relation *r, uint32_t source, uint32_t target);
+/** Add a pair that is not there yet, room was reserved; returns its item, whose value is not set. */
+uint32_t ecs_pair_add(kd_world *w, ecs_relation *r, kd_entity source, kd_entity target);
+/** Lead the pair to another target. False when out, nothing changed. */
+bool ecs_pair_retarget(kd_world *w, ecs_relation *r, kd_entity source, uint32_t item, kd_entity target);
+void ecs_pair_remove(kd_world *w, ecs_relation *r, uint32_t source, uint32_t place); /* runs no hook */
+/** Make the run of an entity that has none, with `count` items that are not set. False when out. */
+bool ecs_run_make(kd_world *w, ecs_store *s, uint32_t index, uint32_t count);
+void ecs_relations_fini(kd_world *w);
+
+/* relation.c */
+bool ecs_doomed_reserve(kd_world *w, kd_component_id id, uint32_t pairs); /* for so many pairs more */
+/** Refuse a component that needs a target; says so and returns false. */
+bool ecs_needs_no_target(const kd_world *w, kd_component_id id);
+kd_status ecs_relate_id(kd_world *w, kd_entity source, kd_component_id id, const void *value,
+                        kd_entity target);
+void ecs_relation_stamp(kd_world *w, ecs_relation *r);
+void *ecs_relation_find(const kd_world *w, kd_component_id id, kd_entity source); /* first value, or NULL */
+void ecs_relation_remove(kd_world *w, kd_component_id id, kd_entity source);      /* all its pairs */
+/** Take away all pairs of an entity that dies; sources that go with it are put down as doomed. */
+void ecs_relations_drop(kd_world *w, kd_entity e);
+void ecs_relations_added(kd_world *w, kd_entity source); /* tells of all pairs that a copy came with */
+
 /* hierarchy.c */
 bool ecs_hierarchy_reserve(kd_world *w, uint32_t index);
 void ecs_hierarchy_link(kd_world *w, uint32_t child, uint32_t parent); /* as last child; has no parent now */
@@ -496,10 +580,29 @@ kd_iter ecs_query_iter(kd_query *q); /* without telling who watches */
 void ecs_iter_limit(kd_iter *it, uint32_t match, uint32_t begin, uint32_t end);
 bool ecs_iter_next_limited(kd_iter *it);
 void ecs_queries_fini(kd_world *w);
+/** Show the longest run of rows from `begin` on that match and agree in their row terms; returns its end, which
+ * is `begin` when that row does not match. */
+uint32_t ecs_iter_show_run(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end);
+/** Did an accessed column of this chunk change after it->changed_since? */
+bool ecs_iter_chunk_changed(const kd_iter *it, const ecs_match *m, uint32_t chunk);
+
+/* query_pairs.c: queries that are led by the sources of a target */
+/** Target that term i asks for, generation 0: any. */
+kd_entity ecs_term_target(const kd_iter *it, uint32_t i);
+bool ecs_iter_is_led(const kd_iter *it);
+bool ecs_iter_next_led(kd_iter *it);
 
 /* observer.c */
 /** Queue an event; `value` (may be NULL) is copied. */
 void ecs_event_queue_add(kd_world *w, kd_event event, kd_entity e, kd_component_id id, const void *value);
+void ecs_pair_event_queue_add(kd_world *w, kd_event event, kd_entity source, kd_component_id id,
+                              kd_entity target, const void *value);
+static inline void ecs_pair_event(kd_world *w, kd_event event, kd_entity source, kd_component_id id,
+                                  kd_entity target, const void *value)
+{
+    if (w->any_observed && w->observed[id] & event)
+        ecs_pair_event_queue_add(w, event, source, id, target, value);
+}
 static inline void ecs_event(kd_world *w, kd_event event, kd_entity e, kd_component_id id, const void *value)
 {
     if (w->observed[id] & event)

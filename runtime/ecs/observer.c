@@ -1,6 +1,6 @@
-/* Observers and the queue of what they will be told. A change puts events into the queue; the outermost call empties
- * it when the change is complete. Two queues take turns: one is read while the other receives what the observers
- * themselves raise, so that values in the first stay where they are. */
+/* Observers and the queue of what they will be told. A change puts events into the queue; the outermost call
+ * empties it when the change is complete. Two queues take turns: one is read while the other receives what
+ * the observers themselves raise, so that values in the first stay where they are. */
 
 #include "runtime/ecs/observer.h"
 #include "runtime/ecs/internal.h"
@@ -44,21 +44,44 @@ void ecs_archetype_observe(const kd_world *w, ecs_archetype *a)
 }
 
 /* ---- raising ---- */
+static bool queue_reserve(kd_world *w, ecs_event_queue *q, kd_component_id id, uint32_t units)
+{
+    if (units <= UINT32_MAX - q->unit_count &&
+        ecs_reserve(w, &q->events, &q->capacity, q->count, q->count + 1, sizeof *q->events) &&
+        ecs_reserve(w, &q->units, &q->unit_capacity, q->unit_count, q->unit_count + units, 16))
+        return true;
+    kd_fail(KD_NO_MEMORY, "component %s: an observer misses an event, memory is out",
+            w->components[id].desc->name);
+    return false;
+}
+
 void ecs_event_queue_add(kd_world *w, kd_event event, kd_entity e, kd_component_id id, const void *value)
 {
     ecs_event_queue *q = &w->events[w->event_turn];
     uint32_t size = value ? (w->components[id].size + 15) / 16 : 0;
-    if (size > UINT32_MAX - q->unit_count ||
-        !ecs_reserve(w, &q->events, &q->capacity, q->count, q->count + 1, sizeof *q->events) ||
-        !ecs_reserve(w, &q->units, &q->unit_capacity, q->unit_count, q->unit_count + size, 16)) {
-        kd_fail(KD_NO_MEMORY, "component %s: an observer misses an event, memory is out",
-                w->components[id].desc->name);
+    if (!queue_reserve(w, q, id, size))
         return;
-    }
     q->events[q->count++] = (ecs_queued){event, id, e, size ? q->unit_count : ECS_NONE};
     if (size)
         memcpy(q->units + (size_t)q->unit_count * 16, value, w->components[id].size);
     q->unit_count += size;
+}
+
+/* The target goes before the value. */
+void ecs_pair_event_queue_add(kd_world *w, kd_event event, kd_entity source, kd_component_id id,
+                              kd_entity target, const void *value)
+{
+    ecs_event_queue *q = &w->events[w->event_turn];
+    uint32_t size = value ? (w->components[id].size + 15) / 16 : 0;
+    if (!queue_reserve(w, q, id, size + 1))
+        return;
+    uint8_t *units = q->units + (size_t)q->unit_count * 16;
+    q->events[q->count++] = (ecs_queued){event, id, source, q->unit_count};
+    memcpy(units, &target, sizeof target);
+    memcpy(units + sizeof target, &(uint64_t){value != NULL}, sizeof(uint64_t));
+    if (value)
+        memcpy(units + 16, value, w->components[id].size);
+    q->unit_count += size + 1;
 }
 
 /* All observed components of a row have come, or go. */
@@ -86,10 +109,23 @@ void ecs_event_row(kd_world *w, uint32_t events, const ecs_table *t, uint32_t ro
 }
 
 /* ---- telling ---- */
+static void read_pair(kd_observed *what)
+{
+    const uint8_t *units = what->value;
+    uint64_t with_value;
+    memcpy(&what->target, units, sizeof what->target);
+    memcpy(&with_value, units + sizeof what->target, sizeof with_value);
+    what->value = with_value ? units + 16 : NULL;
+}
+
 static void tell(kd_world *w, const ecs_event_queue *q, const ecs_queued *event)
 {
-    kd_observed what = {(kd_event)event->event, event->entity, w->components[event->id].desc,
-                        event->value == ECS_NONE ? NULL : q->units + (size_t)event->value * 16};
+    kd_observed what = {.event = (kd_event)event->event,
+                        .entity = event->entity,
+                        .component = w->components[event->id].desc,
+                        .value = event->value == ECS_NONE ? NULL : q->units + (size_t)event->value * 16};
+    if (w->components[event->id].relation)
+        read_pair(&what);
     for (uint32_t i = 0; i < w->observer_count; i++) {
         ecs_observer o = w->observers[i]; /* the array may move in the call */
         if (o.id == event->id && o.events & event->event && o.fn)

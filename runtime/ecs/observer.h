@@ -31,7 +31,8 @@ typedef enum kd_event {
 
 typedef struct kd_observed {
     kd_event event;
-    kd_entity entity; /* dead after KD_ON_DESTROY */
+    kd_entity entity; /* dead after KD_ON_DESTROY; of a relation, the source */
+    kd_entity target; /* of a relation, dead when that is why the pair went; else KD_NO_ENTITY */
     const kd_component_desc *component;
     const void *value; /* REMOVE, DESTROY: the bytes as they were (what they owned is released already), valid
                           for the call; NULL for tags, ADD and SET: see kd_find */

@@ -102,7 +102,16 @@ static bool fill_terms(kd_world *w, kd_query *q, const kd_query_desc *desc)
         if (!q->ids[i])
             return false;
         const ecs_component *c = &w->components[q->ids[i]];
-        q->row_terms |= (uint32_t)(c->side != 0) << i;
+        q->targets[i] = desc->terms[i].target;
+        if (c->relation && (q->targets[i].generation & ECS_PENDING))
+            q->targets[i] = kd_entity_resolve(w, q->targets[i]);
+        if (q->targets[i].generation && !c->relation) {
+            kd_fail(KD_UNSUPPORTED, "query %s: component %s is no relation and has no target",
+                    desc->name ? desc->name : "without a name", c->desc->name);
+            return false;
+        }
+        q->relation_terms |= (uint32_t)(c->relation != 0) << i;
+        q->row_terms |= (uint32_t)(c->side != 0 || c->relation) << i;
         q->sparse_terms |= (uint32_t)(c->sparse && accessed(q->kinds[i])) << i;
     }
     return true;
@@ -112,7 +121,8 @@ static bool queries_equal(const kd_query *a, const kd_query *b)
 {
     return a->term_count == b->term_count && a->by_depth == b->by_depth &&
            memcmp(a->kinds, b->kinds, a->term_count) == 0 &&
-           memcmp(a->ids, b->ids, a->term_count * sizeof a->ids[0]) == 0;
+           memcmp(a->ids, b->ids, a->term_count * sizeof a->ids[0]) == 0 &&
+           memcmp(a->targets, b->targets, a->term_count * sizeof a->targets[0]) == 0;
 }
 
 /* The lock is held. */
@@ -261,11 +271,19 @@ static bool word_changed(const kd_query *q, const ecs_match *m, uint32_t word, u
     return false;
 }
 
+/* Newest change to a component beside the tables; NULL when it was never used. */
+static const uint64_t *version_beside(const kd_query *q, uint32_t term)
+{
+    ecs_side *s = ecs_side_of(q->world, q->ids[term]);
+    ecs_relation *r = ecs_relation_of(q->world, q->ids[term]);
+    return s ? &s->version : r ? &r->version : NULL;
+}
+
 static bool sparse_changed(const kd_query *q, uint64_t since)
 {
     for (uint32_t i = 0; i < q->term_count; i++) {
-        ecs_side *s = q->sparse_terms >> i & 1 ? ecs_side_of(q->world, q->ids[i]) : NULL;
-        if (s && __atomic_load_n(&s->version, __ATOMIC_RELAXED) > since)
+        const uint64_t *version = q->sparse_terms >> i & 1 ? version_beside(q, i) : NULL;
+        if (version && __atomic_load_n(version, __ATOMIC_RELAXED) > since)
             return true;
     }
     return false;
@@ -297,11 +315,21 @@ static bool next_changed_run(const kd_iter *it, const ecs_match *m, uint32_t *be
 }
 
 /* ---- rows that are asked one by one ---- */
-/* Is the term's component there and enabled? *place: where the value of a sparse one lies. */
-static bool term_present(const kd_query *q, const ecs_table *t, uint32_t term, uint32_t index,
-                         uint32_t *place)
+static bool pair_present(const kd_iter *it, uint32_t term, kd_entity e, uint32_t *place)
 {
+    const ecs_relation *r = ecs_relation_of(it->query->world, it->query->ids[term]);
+    *place = r ? ecs_pair_item(r, e, ecs_term_target(it, term)) : ECS_NONE;
+    return *place != ECS_NONE;
+}
+
+/* Is the term's component there and enabled? *place: where the value of a sparse one lies. */
+static bool term_present(const kd_iter *it, const ecs_table *t, uint32_t term, kd_entity e, uint32_t *place)
+{
+    const kd_query *q = it->query;
+    uint32_t index = e.index;
     kd_component_id id = q->ids[term];
+    if (q->relation_terms >> term & 1)
+        return pair_present(it, term, e, place);
     const ecs_side *s = ecs_side_of(q->world, id);
     *place = ECS_NONE;
     if (!q->world->components[id].sparse)
@@ -311,10 +339,11 @@ static bool term_present(const kd_query *q, const ecs_table *t, uint32_t term, u
 }
 
 /* Does the row match, and which terms does it have (bits, of the row terms alone)? */
-static bool row_matches(const kd_query *q, const ecs_table *t, uint32_t row, uint32_t *present,
+static bool row_matches(const kd_iter *it, const ecs_table *t, uint32_t row, uint32_t *present,
                         uint32_t *places)
 {
-    uint32_t index = ecs_entities(t)[row].index;
+    const kd_query *q = it->query;
+    kd_entity e = ecs_entities(t)[row];
     bool any = !q->has_any;
     *present = 0;
     for (uint32_t i = 0; i < q->term_count; i++) {
@@ -322,7 +351,7 @@ static bool row_matches(const kd_query *q, const ecs_table *t, uint32_t row, uin
             any |= q->kinds[i] == KD_TERM_ANY && ecs_column_of(t, q->ids[i]);
             continue;
         }
-        bool here = term_present(q, t, i, index, &places[i]);
+        bool here = term_present(it, t, i, e, &places[i]);
         uint8_t kind = q->kinds[i];
         if (here ? kind == KD_TERM_WITHOUT
                  : kind == KD_TERM_READ || kind == KD_TERM_WRITE || kind == KD_TERM_WITH)
@@ -339,9 +368,15 @@ static bool places_follow(const kd_query *q, uint32_t present, const uint32_t *f
 {
     for (uint32_t i = 0; i < q->term_count; i++)
         if (q->sparse_terms & present & 1u << i && places[i] != first[i] + ahead &&
-            q->world->components[q->ids[i]].size)
+            (q->world->components[q->ids[i]].size || q->relation_terms >> i & 1))
             return false;
     return true;
+}
+
+static uint8_t *values_beside(const kd_query *q, uint32_t term)
+{
+    return q->relation_terms >> term & 1 ? ecs_relation_of(q->world, q->ids[term])->targets.values
+                                         : ecs_side_of(q->world, q->ids[term])->values;
 }
 
 /* The columns of terms that hold for this run only. */
@@ -355,28 +390,33 @@ static void show_row_terms(kd_iter *it, uint32_t present, const uint32_t *places
             it->columns[i] = NULL;
         } else if (q->sparse_terms >> i & 1) {
             uint32_t size = q->world->components[q->ids[i]].size;
-            it->columns[i] = size ? ecs_side_of(q->world, q->ids[i])->values + (size_t)places[i] * size
-                                  : (void *)q->world->tag_value;
+            it->columns[i] = size ? values_beside(q, i) + (size_t)places[i] * size
+                                  : (uint8_t *)(void *)q->world->tag_value;
         }
     }
+}
+
+uint32_t ecs_iter_show_run(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end)
+{
+    const kd_query *q = it->query;
+    uint32_t present, first[KD_MAX_TERMS] = {0}, other, places[KD_MAX_TERMS] = {0};
+    if (!row_matches(it, m->table, begin, &present, first))
+        return begin;
+    uint32_t until = begin + 1;
+    while (until < end && row_matches(it, m->table, until, &other, places) && other == present &&
+           places_follow(q, present, first, places, until - begin))
+        until++;
+    show_rows(it, m, begin, until);
+    show_row_terms(it, present, first);
+    return until;
 }
 
 /* Show the first run of matching rows in [begin, end) that agree in their row terms. */
 static bool next_row_run(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end)
 {
-    const kd_query *q = it->query;
-    uint32_t present, first[KD_MAX_TERMS] = {0}, other, places[KD_MAX_TERMS] = {0};
-    while (begin < end && !row_matches(q, m->table, begin, &present, first))
+    while (begin < end && ecs_iter_show_run(it, m, begin, end) == begin)
         begin++;
-    if (begin >= end)
-        return false;
-    uint32_t until = begin + 1;
-    while (until < end && row_matches(q, m->table, until, &other, places) && other == present &&
-           places_follow(q, present, first, places, until - begin))
-        until++;
-    show_rows(it, m, begin, until);
-    show_row_terms(it, present, first);
-    return true;
+    return begin < end;
 }
 
 /* Some required sparse component has no value at all: nothing can match. */
@@ -385,7 +425,8 @@ static bool nothing_there(const kd_query *q)
     for (uint32_t i = 0; i < q->term_count; i++) {
         uint8_t kind = q->kinds[i];
         const ecs_side *s = ecs_side_of(q->world, q->ids[i]);
-        if (q->world->components[q->ids[i]].sparse && (!s || !s->count) &&
+        const ecs_relation *r = ecs_relation_of(q->world, q->ids[i]);
+        if (q->world->components[q->ids[i]].sparse && (!s || !s->count) && (!r || !r->pair_count) &&
             (kind == KD_TERM_READ || kind == KD_TERM_WRITE || kind == KD_TERM_WITH))
             return true;
     }
@@ -424,6 +465,12 @@ bool ecs_iter_next_limited(kd_iter *it)
     return it->next_row < it->row_limit && next_narrowed(it, &it->query->matches[it->next_table]);
 }
 
+bool ecs_iter_chunk_changed(const kd_iter *it, const ecs_match *m, uint32_t chunk)
+{
+    return !it->changed_since || sparse_changed(it->query, it->changed_since) ||
+           word_changed(it->query, m, 1 + chunk, it->changed_since);
+}
+
 bool kd_iter_next(kd_iter *it)
 {
     const kd_query *q = it->query;
@@ -431,6 +478,8 @@ bool kd_iter_next(kd_iter *it)
         return false;
     if (q->row_terms && nothing_there(q))
         it->next_table = q->match_count;
+    else if (q->relation_terms && ecs_iter_is_led(it))
+        return ecs_iter_next_led(it);
     for (; it->next_table < q->match_count; it->next_table++, it->next_row = 0) {
         const ecs_match *m = &q->matches[it->next_table];
         uint32_t count = m->table->count;
@@ -492,7 +541,9 @@ void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)
     (void)size;
     const ecs_match *m = it->internal[0];
     uint32_t c = m->columns[index];
-    if (q->sparse_terms >> index & 1 && it->columns[index])
+    if (q->relation_terms >> index & 1 && it->columns[index])
+        ecs_relation_stamp(q->world, ecs_relation_of(q->world, q->ids[index]));
+    else if (q->sparse_terms >> index & 1 && it->columns[index])
         ecs_side_stamp(q->world, ecs_side_of(q->world, q->ids[index]));
     if (c && c != ECS_TAG_COLUMN &&
         !stamped_already(q->world, m->table, c, it->next_row - it->count, it->count))

@@ -13,6 +13,11 @@
  * A column is always an array of it.count values (or NULL for an absent optional term). Iteration order:
  * tables in order of creation, rows in order; by hierarchy depth first when the query asks for it.
  *
+ * A term of a relation asks for any target (KD_WITH(likes)) or for one (KD_PAIR(likes, alice)). A query that
+ * requires a pair visits the sources of that target alone, in the order of kd_sources, and looks at no other
+ * row; kd_query_parallel goes through all rows instead. To ask the same about many targets make one query with
+ * KD_WITH(likes) and begin with kd_query_iter_to.
+ *
  * Terms of sparse components and of components with enable bits are asked row by row: a chunk is then a run
  * of rows that agree (and whose sparse values lie one behind the other). Queries without such terms pay
  * nothing. Changes of a sparse component are seen for the component as a whole. */
@@ -33,34 +38,60 @@ typedef enum kd_term_kind {
 typedef struct kd_term {
     kd_term_kind kind;
     const kd_component_desc *desc;
+    kd_entity target; /* of a relation; KD_ANY_TARGET: any, and a column then has the first one's values */
 } kd_term;
+#define KD_ANY_TARGET                                                                                        \
+    {                                                                                                        \
+        0, 0                                                                                                 \
+    }
 #define KD_READ(type)                                                                                        \
     {                                                                                                        \
-        KD_TERM_READ, &type##_desc                                                                           \
+        KD_TERM_READ, &type##_desc, KD_ANY_TARGET                                                                           \
     }
 #define KD_WRITE(type)                                                                                       \
     {                                                                                                        \
-        KD_TERM_WRITE, &type##_desc                                                                          \
+        KD_TERM_WRITE, &type##_desc, KD_ANY_TARGET                                                                          \
     }
 #define KD_OPTIONAL(type)                                                                                    \
     {                                                                                                        \
-        KD_TERM_OPTIONAL, &type##_desc                                                                       \
+        KD_TERM_OPTIONAL, &type##_desc, KD_ANY_TARGET                                                                       \
     }
 #define KD_OPTIONAL_WRITE(type)                                                                              \
     {                                                                                                        \
-        KD_TERM_OPTIONAL_WRITE, &type##_desc                                                                 \
+        KD_TERM_OPTIONAL_WRITE, &type##_desc, KD_ANY_TARGET                                                                 \
     }
 #define KD_WITH(type)                                                                                        \
     {                                                                                                        \
-        KD_TERM_WITH, &type##_desc                                                                           \
+        KD_TERM_WITH, &type##_desc, KD_ANY_TARGET                                                                           \
     }
 #define KD_WITHOUT(type)                                                                                     \
     {                                                                                                        \
-        KD_TERM_WITHOUT, &type##_desc                                                                        \
+        KD_TERM_WITHOUT, &type##_desc, KD_ANY_TARGET                                                                        \
     }
 #define KD_ANY(type)                                                                                         \
     {                                                                                                        \
-        KD_TERM_ANY, &type##_desc                                                                            \
+        KD_TERM_ANY, &type##_desc, KD_ANY_TARGET                                                                            \
+    }
+/* Terms of a relation with one target, for the pair instead of the component. */
+#define KD_PAIR(type, target)                                                                                \
+    {                                                                                                        \
+        KD_TERM_WITH, &type##_desc, target                                                                   \
+    }
+#define KD_READ_PAIR(type, target)                                                                           \
+    {                                                                                                        \
+        KD_TERM_READ, &type##_desc, target                                                                   \
+    }
+#define KD_WRITE_PAIR(type, target)                                                                          \
+    {                                                                                                        \
+        KD_TERM_WRITE, &type##_desc, target                                                                  \
+    }
+#define KD_OPTIONAL_PAIR(type, target)                                                                       \
+    {                                                                                                        \
+        KD_TERM_OPTIONAL, &type##_desc, target                                                               \
+    }
+#define KD_WITHOUT_PAIR(type, target)                                                                        \
+    {                                                                                                        \
+        KD_TERM_WITHOUT, &type##_desc, target                                                                \
     }
 
 #define KD_MAX_TERMS 16
@@ -88,12 +119,16 @@ typedef struct kd_iter {
     kd_query *query;
     uint64_t changed_since; /* 0: visit all; else only chunks in which an accessed term changed after this
                                version */
+    kd_entity target; /* see kd_query_iter_to */
     uint32_t next_table, next_row, row_limit;
     void *internal[2];
 } kd_iter;
 
 /** Begin to iterate. An iterator owns nothing and may be abandoned at any row. */
 kd_iter kd_query_iter(kd_query *q);
+/** The same for one target: it takes the place of that of the first term of a relation, KD_NO_ENTITY that of
+ * none. A dead target has no sources. */
+kd_iter kd_query_iter_to(kd_query *q, kd_entity target);
 /** Show the next rows: a table's, or with changed_since a run of its changed chunks. Structural changes while
  * iterating assert; without assertions they are reported once and the iteration ends. */
 bool kd_iter_next(kd_iter *it);
@@ -125,6 +160,8 @@ static inline const void *kd_iter_column(const kd_iter *it, uint32_t index, size
 }
 /** Column of term `index` to write; asserts that the term was declared WRITE and marks the chunk changed. */
 void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size);
+/** Targets of the rows' pairs that term `index` shows: [count]. The term is of a relation and has a column. */
+const kd_entity *kd_iter_targets(const kd_iter *it, uint32_t index);
 #define KD_COLUMN(it, type, index)     ((const type *)kd_iter_column((it), (index), sizeof(type)))
 #define KD_COLUMN_MUT(it, type, index) ((type *)kd_iter_column_mut((it), (index), sizeof(type)))
 

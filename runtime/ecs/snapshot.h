@@ -7,7 +7,7 @@
  *     if (kd_snapshot_write(w, &s) == KD_OK) …   later …   kd_snapshot_restore(w, s.data, s.size);
  *     kd_snapshot_fini(&s);
  *
- * A snapshot holds every entity with its handle, row, components, name, parent and place among its siblings,
+ * A snapshot holds every entity with its handle, row, components, pairs, name, parent and place among its siblings,
  * the handles that are free, the tables in their order, and the singletons of plain data. So a restored world
  * has the same checksum, is iterated in the same order, and answers the same calls with the same handles.
  *
@@ -17,7 +17,7 @@
  * copied as bytes: writing is refused.
  *
  * The bytes: header (magic, version, byte order, size, XXH3 of all that follows), component table (name,
- * size, hash of the fields), tables (columns copied), free handles, children, names, singletons. They are for
+ * size, hash of the fields), tables (columns copied), free handles, children, names, singletons, sparse values, pairs. They are for
  * programs with the same components on machines of the same byte order; everything else is refused. */
 
 #include "runtime/core/json.h"
@@ -49,7 +49,7 @@ kd_status kd_snapshot_save(const kd_world *w, const char *path);
 kd_status kd_snapshot_load(kd_world *w, const char *path);
 
 /** Write the world as one JSON object for people: entities in order of iteration with handle, name, parent
- * and components by field; then singletons. Components without described fields give null. */
+ * and components by field, the pairs of its relations; then singletons. Components without described fields give null. */
 void kd_world_write_json(const kd_world *w, kd_json *j);
 
 /* ---- what differs ---- */
@@ -60,6 +60,8 @@ typedef enum kd_difference_kind {
     KD_DIFFERENCE_ENABLED,   /* it is disabled in one of them: `in` says in which */
     KD_DIFFERENCE_NAME,
     KD_DIFFERENCE_PARENT,
+    KD_DIFFERENCE_PAIR,       /* it is related to `target` in one world only */
+    KD_DIFFERENCE_PAIR_ORDER, /* its targets, or its sources, come in another order */
     KD_DIFFERENCE_SIBLING, /* the same parent, but another sibling follows */
     KD_DIFFERENCE_ORDER,   /* the first entity at which the orders of iteration part; given once, last */
 } kd_difference_kind;
@@ -70,6 +72,7 @@ typedef struct kd_difference {
     uint32_t in;
     const kd_component_desc *component; /* NULL where none is concerned */
     const kd_field *field;
+    kd_entity target; /* of a pair, else KD_NO_ENTITY */
 } kd_difference;
 
 /** Compare two worlds by handle; components are matched by name, and only described bytes count, as for the

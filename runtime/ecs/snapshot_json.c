@@ -5,6 +5,7 @@
 
 #include "runtime/ecs/internal.h"
 #include "runtime/ecs/reflect.h"
+#include "runtime/ecs/relation.h"
 #include "runtime/ecs/snapshot.h"
 
 static void write_entity(kd_json *j, kd_entity e)
@@ -133,6 +134,36 @@ static void write_value(kd_json *j, const kd_component_desc *desc, const void *v
     kd_json_object_end(j);
 }
 
+/* A pair of a relation: its target and, when it has one, its value. */
+static void write_pair(kd_json *j, const kd_component_desc *desc, kd_entity target, const uint8_t *value)
+{
+    kd_json_object_begin(j);
+    kd_json_key(j, "target");
+    write_entity(j, target);
+    if (desc->size)
+        write_value(j, desc, value);
+    kd_json_object_end(j);
+}
+
+static void write_relations(const kd_world *w, kd_json *j, kd_entity e)
+{
+    kd_json_key(j, "relations");
+    kd_json_object_begin(j);
+    for (uint32_t r = 0; r < w->relation_count; r++) {
+        const kd_component_desc *desc = w->components[w->relation_ids[r]].desc;
+        kd_entities targets = kd_targets_id(w, e, w->relation_ids[r]);
+        const uint8_t *values = kd_target_values_id(w, e, w->relation_ids[r]);
+        if (!targets.count)
+            continue;
+        kd_json_key(j, desc->name);
+        kd_json_array_begin(j);
+        for (uint32_t i = 0; i < targets.count; i++)
+            write_pair(j, desc, targets.at[i], values ? values + (size_t)i * desc->size : NULL);
+        kd_json_array_end(j);
+    }
+    kd_json_object_end(j);
+}
+
 static void write_row(const kd_world *w, kd_json *j, const ecs_table *t, uint32_t row)
 {
     kd_entity e = ecs_entities(t)[row];
@@ -152,10 +183,12 @@ static void write_row(const kd_world *w, kd_json *j, const ecs_table *t, uint32_
     kd_json_object_begin(j);
     for (kd_component_id id = 1; id <= kd_component_count(w); id++) {
         const void *value = kd_find_id(w, e, id);
-        if (value)
+        if (value && !w->components[id].relation)
             write_value(j, w->components[id].desc, value);
     }
     kd_json_object_end(j);
+    if (w->pair_count)
+        write_relations(w, j, e);
     kd_json_object_end(j);
 }
 

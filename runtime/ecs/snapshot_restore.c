@@ -81,6 +81,7 @@ static void drop_storage(kd_world *w, storage *next)
 {
     ecs_tables_fini(w);
     ecs_sides_fini(w);
+    ecs_relations_fini(w);
     ecs_names_fini(w);
     ecs_free(w, w->head.records);
     ecs_free(w, w->nodes);
@@ -293,6 +294,9 @@ static kd_status read_table(reader *in)
         if (u32_at(places, i) >= in->header.component_count ||
             (i && u32_at(places, i) <= u32_at(places, i - 1)))
             return damaged(in, "a table's components are impossible");
+    for (uint32_t i = 0; i < record.component_count; i++)
+        if (in->w->components[in->ids[u32_at(places, i)]].sparse)
+            return damaged(in, "a table has a component that lies beside the tables");
     ecs_table *t = table_of(in, places, &record);
     if (!t || record.row_count > ECS_ROW_MASK - t->count ||
         !ecs_table_reserve(in->w, t, t->count + record.row_count))
@@ -478,11 +482,38 @@ static kd_status read_side(reader *in, uint32_t *last)
     *last = record.component;
     kd_component_id id = in->ids[record.component];
     const ecs_component *c = &in->w->components[id];
-    if ((record.value_count && (!c->sparse || c->desc->on_remove)) ||
+    if (c->relation || (record.value_count && (!c->sparse || c->desc->on_remove)) ||
         (record.disabled_count && !(c->desc->flags & KD_COMPONENT_TOGGLE)))
         return damaged(in, "sparse values or enable bits of a component that has none");
     kd_status status = read_values(in, id, record.value_count);
     return status ? status : read_disabled(in, id, record.disabled_count);
+}
+
+/* ---- relations ---- */
+static kd_status read_relation(reader *in, uint32_t *last)
+{
+    snapshot_relation record;
+    if (!take_record(in, &record, sizeof record))
+        return damaged(in, "a relation is cut off");
+    if (record.component >= in->header.component_count || (*last != ECS_NONE && record.component <= *last))
+        return damaged(in, "pairs of an impossible component");
+    *last = record.component;
+    kd_component_id id = in->ids[record.component];
+    const ecs_component *c = &in->w->components[id];
+    if (!c->relation || c->desc->on_remove)
+        return damaged(in, "pairs of a component that has none");
+    snapshot_pairs pairs = {.source_count = record.source_count, .pair_count = record.pair_count};
+    pairs.sources = take(in, (uint64_t)record.source_count * sizeof(kd_entity));
+    pairs.counts = pairs.sources ? take(in, (uint64_t)record.source_count * sizeof(uint32_t)) : NULL;
+    pairs.targets = pairs.counts ? take(in, (uint64_t)record.pair_count * sizeof(kd_entity)) : NULL;
+    pairs.places = pairs.targets ? take(in, (uint64_t)record.pair_count * sizeof(uint32_t)) : NULL;
+    pairs.values = pairs.places ? take(in, (uint64_t)record.pair_count * c->size) : NULL;
+    if (!pairs.values)
+        return damaged(in, "a relation is cut off");
+    if (c->size && !values_are_sane(c->desc, pairs.values, record.pair_count))
+        return damaged(in, "a string without end, or a bool or word of an enumeration that is none");
+    kd_status status = snapshot_relate(in->w, id, &pairs);
+    return status == KD_BAD_FORMAT ? damaged(in, "pairs are impossible") : status ? no_memory(in) : KD_OK;
 }
 
 /* Go over the checked singletons: make room for each, or write them when nothing can fail any more. */
@@ -532,6 +563,8 @@ static kd_status build(reader *in)
         status = check_singletons(in);
     for (uint32_t i = 0, last = ECS_NONE; i < h->side_count && !status; i++)
         status = read_side(in, &last);
+    for (uint32_t i = 0, last = ECS_NONE; i < h->relation_count && !status; i++)
+        status = read_relation(in, &last);
     if (!status && in->at != in->size)
         status = damaged(in, "more bytes than belong to the snapshot");
     return status ? status : walk_singletons(in, false);

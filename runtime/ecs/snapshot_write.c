@@ -33,7 +33,8 @@ uint64_t snapshot_field_hash(const kd_component_desc *desc)
         for (const char *const *word = f->enum_names; word && *word; word++)
             XXH3_64bits_update(&state, *word, strlen(*word) + 1);
     }
-    uint32_t stored = desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE);
+    uint32_t stored = desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE | KD_COMPONENT_RELATION |
+                                     KD_COMPONENT_EXCLUSIVE);
     XXH3_64bits_update(&state, &stored, sizeof stored);
     return XXH3_64bits_digest(&state);
 }
@@ -187,6 +188,62 @@ static void emit_sides(writer *out)
     }
 }
 
+/* ---- relations ---- */
+/* Bytes of a list that is filled up only at its end. */
+static void emit_part(writer *out, const void *bytes, size_t size)
+{
+    if (out->data && size)
+        memcpy(out->data + out->at, bytes, size);
+    out->at += size;
+}
+
+static void end_parts(writer *out)
+{
+    static const uint8_t zeros[8];
+    emit_part(out, zeros, -out->at & 7);
+}
+
+typedef enum pair_list { SOURCES, COUNTS, TARGETS, PLACES, VALUES } pair_list;
+
+static void emit_pair_list(writer *out, const ecs_relation *r, pair_list list)
+{
+    const ecs_store *s = &r->targets;
+    for (uint32_t index = 0; index < s->page_limit * ECS_RUN_PAGE; index++) {
+        ecs_run run = ecs_run_of(s, index);
+        size_t first = run.base + run.skip, count = run.count;
+        if (!count)
+            continue;
+        if (list == SOURCES)
+            emit_part(out, &(kd_entity){index, ecs_record_generation(out->w->head.records[index])}, 8);
+        else if (list == COUNTS)
+            emit_index(out, run.count);
+        else if (list == TARGETS)
+            emit_part(out, s->entities + first, count * sizeof *s->entities);
+        else if (list == PLACES)
+            emit_part(out, s->places + first, count * sizeof *s->places);
+        else
+            emit_part(out, s->values + first * s->value_size, count * s->value_size);
+    }
+    end_parts(out);
+}
+
+static void emit_relations(writer *out)
+{
+    out->header.relation_count = 0;
+    for (uint32_t place = 0; place < out->component_count; place++) {
+        const ecs_relation *r = ecs_relation_of(out->w, out->ids[place]);
+        if (!r || !r->pair_count)
+            continue;
+        snapshot_relation record = {place, 0, r->pair_count, 0};
+        for (uint32_t index = 0; index < r->targets.page_limit * ECS_RUN_PAGE; index++)
+            record.source_count += ecs_run_of(&r->targets, index).count != 0;
+        emit(out, &record, sizeof record);
+        for (pair_list list = SOURCES; list < VALUES + (r->targets.value_size != 0); list++)
+            emit_pair_list(out, r, list);
+        out->header.relation_count++;
+    }
+}
+
 static void emit_all(writer *out)
 {
     const kd_world *w = out->w;
@@ -199,12 +256,15 @@ static void emit_all(writer *out)
     emit_names(out);
     emit_singletons(out);
     emit_sides(out);
+    emit_relations(out);
 }
 
 /* ---- what belongs in ---- */
 static bool is_used(const kd_world *w, kd_component_id id, bool with_rows)
 {
     if (ecs_side_of(w, id) && ecs_side_of(w, id)->count)
+        return true;
+    if (ecs_relation_of(w, id) && ecs_relation_of(w, id)->pair_count)
         return true;
     for (uint32_t i = 0; i < w->head.table_count; i++)
         if (ecs_column_of(w->head.tables[i], id) && (!with_rows || w->head.tables[i]->count))

@@ -142,7 +142,7 @@ static bool ids_of(kd_world *w, const kd_value *values, uint32_t count, kd_compo
     for (uint32_t i = 0; i < count; i++) {
         ids[i] = kd_component_ensure(w, values[i].desc);
         from[i] = values[i].value;
-        if (!ids[i])
+        if (!ids[i] || !ecs_needs_no_target(w, ids[i]))
             return false;
     }
     return true;
@@ -291,6 +291,8 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
         from[i] = columns ? columns[i] : NULL;
         if (!ids[i])
             return KD_NO_MEMORY;
+        if (!ecs_needs_no_target(w, ids[i]))
+            return KD_UNSUPPORTED;
     }
     ecs_table *t = table_of_ids(w, ids, component_count, 0);
     if (!t || !ecs_handles_reserve(w, n) || !ecs_rows_reserve(w, t, n, from, component_count) ||

@@ -12,11 +12,33 @@ static size_t side_bytes(const ecs_side *s, uint32_t size)
     return bytes;
 }
 
+static size_t store_bytes(const ecs_store *s)
+{
+    size_t item = sizeof *s->entities + (s->has_places ? sizeof *s->places : 0) + s->value_size;
+    size_t bytes = s->capacity * item + s->page_limit * sizeof *s->pages;
+    for (uint32_t page = 0; page < s->page_limit; page++)
+        bytes += s->pages[page] ? ECS_RUN_PAGE * sizeof *s->pages[page] : 0;
+    return bytes;
+}
+
+static void count_relation(const ecs_relation *r, kd_component_statistics *out)
+{
+    out->pairs = r->pair_count;
+    for (uint32_t index = 0; index < r->targets.page_limit * ECS_RUN_PAGE; index++)
+        out->entities += ecs_run_of(&r->targets, index).count != 0;
+    out->used_bytes = (size_t)r->pair_count * r->targets.value_size;
+    out->held_bytes = store_bytes(&r->targets) + store_bytes(&r->sources);
+}
+
 kd_status kd_component_count_memory(const kd_world *w, kd_component_id id, kd_component_statistics *out)
 {
     *out = (kd_component_statistics){.desc = kd_component_info(w, id)};
     if (!out->desc)
         return KD_OUT_OF_RANGE;
+    if (ecs_relation_of(w, id)) {
+        count_relation(ecs_relation_of(w, id), out);
+        return KD_OK;
+    }
     size_t size = out->desc->size;
     for (uint32_t i = 0; i < w->head.table_count; i++) {
         const ecs_table *t = w->head.tables[i];
@@ -108,6 +130,8 @@ static void write_components(const kd_world *w, kd_json *j)
         kd_json_key(j, "name");
         kd_json_string(j, s.desc->name);
         write_count(j, "entities", s.entities);
+        if (s.desc->flags & KD_COMPONENT_RELATION)
+            write_count(j, "pairs", s.pairs);
         write_count(j, "used_bytes", s.used_bytes);
         write_count(j, "held_bytes", s.held_bytes);
         kd_json_object_end(j);

@@ -9,6 +9,7 @@
 typedef struct kd_component_statistics {
     const kd_component_desc *desc;
     uint32_t entities; /* that have it */
+    uint32_t pairs;    /* of a relation, else 0 */
     size_t used_bytes; /* of their values */
     size_t held_bytes; /* with room to grow, and the index of a sparse component */
 } kd_component_statistics;

@@ -221,6 +221,71 @@ static kd_status check_side(const kd_world *w, kd_component_id id, const ecs_sid
     return disabled == s->disabled_count ? KD_OK : broken("disabled components are miscounted", id);
 }
 
+/* ---- relations ---- */
+static kd_status check_run(const kd_world *w, const ecs_store *s, uint32_t index, uint32_t *items)
+{
+    ecs_run run = ecs_run_of(s, index);
+    uint64_t room = run.room ? (uint64_t)1 << (run.room - 1) : 0;
+    if ((run.count != 0) != (run.room != 0) || run.skip + run.count > room || run.base + room > s->used)
+        return broken("an entity's pairs lie outside of their block", index);
+    if (run.count && !is_living(w, index))
+        return broken("a dead entity is related", index);
+    *items += run.count;
+    return KD_OK;
+}
+
+/* Every target that a source has stands where it says among the target's sources; counts do the rest. */
+static kd_status check_source(const kd_world *w, kd_component_id id, const ecs_relation *r, uint32_t index)
+{
+    ecs_run run = ecs_run_of(&r->targets, index);
+    if (run.count > 1 && w->components[id].desc->flags & KD_COMPONENT_EXCLUSIVE)
+        return broken("an exclusive relation has two targets", index);
+    for (uint32_t k = 0; k < run.count; k++) {
+        uint32_t item = run.base + run.skip + k;
+        kd_entity target = r->targets.entities[item];
+        ecs_run sources = is_living_handle(w, target) ? ecs_run_of(&r->sources, target.index) : (ecs_run){0};
+        if (r->targets.places[item] >= sources.count ||
+            !kd_entity_equal(r->sources.entities[sources.base + r->targets.places[item]],
+                             ecs_handle_at(w, index)))
+            return broken("a target does not know its source", index);
+        if (ecs_pair_place(r, ecs_handle_at(w, index), target) != k)
+            return broken("a pair is there twice", index);
+    }
+    return KD_OK;
+}
+
+static kd_status check_relation(const kd_world *w, kd_component_id id, const ecs_relation *r)
+{
+    uint32_t targets = 0, sources = 0;
+    kd_status status = KD_OK;
+    for (uint32_t i = 0; i < r->targets.page_limit * ECS_RUN_PAGE && !status; i++)
+        status = check_run(w, &r->targets, i, &targets);
+    for (uint32_t i = 0; i < r->sources.page_limit * ECS_RUN_PAGE && !status; i++)
+        status = check_run(w, &r->sources, i, &sources);
+    for (uint32_t i = 0; i < r->targets.page_limit * ECS_RUN_PAGE && !status; i++)
+        status = check_source(w, id, r, i);
+    if (!status && (targets != r->pair_count || sources != r->pair_count))
+        return broken("pairs are miscounted", id);
+    return status;
+}
+
+static kd_status check_relations(const kd_world *w)
+{
+    uint32_t pairs = 0, cascades = 0;
+    kd_status status = KD_OK;
+    for (uint32_t i = 0; i < w->relation_limit && i < w->relation_count && !status; i++) {
+        kd_component_id id = w->relation_ids[i];
+        status = check_relation(w, id, &w->relations[i]);
+        pairs += w->relations[i].pair_count;
+        if (w->components[id].desc->flags & KD_COMPONENT_CASCADE)
+            cascades += w->relations[i].pair_count;
+    }
+    if (!status && (pairs != w->pair_count || cascades != w->cascade_count || w->doomed_count ||
+                    cascades > w->doomed_capacity))
+        return broken("pairs of all relations are miscounted", pairs);
+    return status;
+}
+
 /* ---- queries ---- */
 static kd_status check_query(const kd_query *q)
 {
@@ -257,6 +322,8 @@ kd_status kd_world_validate(const kd_world *w)
         status = check_names(w);
     for (uint32_t i = 0; i < w->side_limit && i < w->side_count && !status; i++)
         status = check_side(w, w->side_ids[i], &w->sides[i]);
+    if (!status)
+        status = check_relations(w);
     for (const kd_query *q = w->queries; q && !status; q = q->next)
         status = check_query(q);
     return status;

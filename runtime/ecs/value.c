@@ -17,13 +17,15 @@ const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id)
         return NULL;
     uint32_t column = ecs_column_of(t, id);
     if (!column && ecs_is_sparse(w, id))
-        return ecs_side_find(w, id, ecs_entities(t)[row].index);
+        return w->components[id].relation ? ecs_relation_find(w, id, ecs_entities(t)[row])
+                                          : ecs_side_find(w, id, ecs_entities(t)[row].index);
     return column ? ecs_value_at(w, t, column, row) : NULL;
 }
 
 kd_lookup kd_lookup_make(kd_world *w, const kd_component_desc *desc)
 {
-    assert(desc->size && !(desc->flags & KD_COMPONENT_SPARSE) && "a look-up is for values in tables");
+    assert(desc->size && !(desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_RELATION)) &&
+           "a look-up is for values in tables");
     kd_component_id id = kd_component_ensure(w, desc);
     const ecs_places *p = &w->head.places[id];
     ecs_watch_value(w, id, false);
@@ -42,6 +44,17 @@ void ecs_lookup_check(const kd_lookup *l)
     (void)l;
 }
 
+static void *find_mut_beside(kd_world *w, kd_entity e, kd_component_id id)
+{
+    bool relation = w->components[id].relation;
+    void *value = relation ? ecs_relation_find(w, id, e) : ecs_side_find(w, id, e.index);
+    if (value && relation)
+        ecs_relation_stamp(w, ecs_relation_of(w, id));
+    else if (value)
+        ecs_side_stamp(w, ecs_side_of(w, id));
+    return value;
+}
+
 void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
 {
     ecs_table *t;
@@ -49,12 +62,8 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
     if (!ecs_locate(w, e, &t, &row))
         return NULL;
     uint32_t column = ecs_column_of(t, id);
-    if (!column && ecs_is_sparse(w, id)) {
-        void *value = ecs_side_find(w, id, ecs_entities(t)[row].index);
-        if (value)
-            ecs_side_stamp(w, ecs_side_of(w, id));
-        return value;
-    }
+    if (!column && ecs_is_sparse(w, id))
+        return find_mut_beside(w, ecs_entities(t)[row], id);
     if (!column)
         return NULL;
     if (column != ECS_TAG_COLUMN)
@@ -65,6 +74,8 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
 /* ---- setting and removing ---- */
 static kd_status set_sparse(kd_world *w, kd_entity e, kd_component_id id, const void *value)
 {
+    if (!ecs_needs_no_target(w, id))
+        return KD_UNSUPPORTED;
     kd_event event = ecs_side_find(w, id, e.index) ? KD_ON_SET : KD_ON_ADD;
     kd_status status = ecs_side_set(w, id, e, value);
     if (!status)
@@ -117,12 +128,16 @@ kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value)
     return status;
 }
 
-static void remove_sparse(kd_world *w, kd_entity e, kd_component_id id)
+static void remove_beside(kd_world *w, kd_entity e, kd_component_id id)
 {
-    const void *value = w->observed[id] ? ecs_side_find(w, id, e.index) : NULL;
-    if (value)
-        ecs_event(w, KD_ON_REMOVE, e, id, w->components[id].size ? value : NULL);
-    ecs_side_remove(w, id, e.index);
+    if (w->components[id].relation) {
+        ecs_relation_remove(w, id, e);
+    } else {
+        const void *value = w->observed[id] ? ecs_side_find(w, id, e.index) : NULL;
+        if (value)
+            ecs_event(w, KD_ON_REMOVE, e, id, w->components[id].size ? value : NULL);
+        ecs_side_remove(w, id, e.index);
+    }
     ecs_events_settle(w);
 }
 
@@ -133,7 +148,7 @@ kd_status kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
     if (!ecs_settle(w, &e, &t, &row))
         return KD_NOT_FOUND;
     if (w->components[id].sparse) {
-        remove_sparse(w, e, id);
+        remove_beside(w, e, id);
         return KD_OK;
     }
     uint32_t column = ecs_column_of(t, id);

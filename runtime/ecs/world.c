@@ -34,6 +34,7 @@ void kd_world_destroy(kd_world *w)
     ecs_commands_fini(w);
     ecs_tables_fini(w); /* runs the hooks of every value */
     ecs_sides_fini(w);
+    ecs_relations_fini(w);
     ecs_singletons_fini(w);
     ecs_queries_fini(w);
     ecs_observers_fini(w);

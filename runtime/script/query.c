@@ -40,10 +40,10 @@ static void read_terms(lua_State *L, kd_query_desc *desc, walk *head) {
         kd_component_id id = kd_component_find(w, name);
         if (!id)
             unknown_component(L, name);
-        desc->terms[i - 1] = (kd_term){*word == '!'   ? KD_TERM_WITHOUT
-                                       : *word == '?' ? KD_TERM_OPTIONAL
-                                                      : KD_TERM_READ,
-                                       kd_component_info(w, id)};
+        desc->terms[i - 1] = (kd_term){.kind = *word == '!'   ? KD_TERM_WITHOUT
+                                               : *word == '?' ? KD_TERM_OPTIONAL
+                                                              : KD_TERM_READ,
+                                       .desc = kd_component_info(w, id)};
         if (!desc->terms[i - 1].desc->size && desc->terms[i - 1].kind != KD_TERM_WITHOUT)
             desc->terms[i - 1].kind = *word == '?' ? KD_TERM_OPTIONAL : KD_TERM_WITH;
         if (*word == '!')

@@ -116,7 +116,7 @@ static const kd_query_desc query_descs[QUERIES] = {
     {{KD_ANY(position), KD_ANY(byte_value)}, true, NULL},
     {{KD_WITH(owner), KD_WITH(frozen)}, false, NULL},
     {{KD_READ(wide), KD_WITHOUT(position), KD_WITHOUT(byte_value)}, true, NULL},
-    {{{KD_TERM_END, NULL}}, true, NULL},
+    {.by_depth = true},
     {{KD_READ(charge), KD_WRITE(position)}, false, NULL},
     {{KD_READ(lamp), KD_WITHOUT(charge)}, true, NULL},
     {{KD_READ(position), KD_WITHOUT(lamp), KD_WITHOUT(marked)}, false, NULL},

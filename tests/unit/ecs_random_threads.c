@@ -37,7 +37,7 @@ static const kd_query_desc query_descs[QUERIES] = {
     {{KD_WRITE(charge), KD_WRITE(position)}, false, NULL},
     {{KD_READ(lamp), KD_OPTIONAL(charge)}, true, NULL},
     {{KD_ANY(velocity), KD_ANY(bond), KD_WITHOUT(marked)}, false, NULL},
-    {{{KD_TERM_END, NULL}}, false, NULL},
+    {.by_depth = false},
 };
 
 typedef struct program {
