@@ -176,6 +176,8 @@ kd_status kd_enable_id(kd_world *w, kd_entity e, kd_component_id id, bool enable
     uint32_t row;
     if (!id)
         return KD_NO_MEMORY;
+    if (id > kd_component_count(w)) /* an id of another world */
+        return KD_NOT_FOUND;
     if (!(w->components[id].desc->flags & KD_COMPONENT_TOGGLE))
         return kd_fail(KD_UNSUPPORTED, "component %s: has no enable bits; declare it KD_COMPONENT_TOGGLE",
                        w->components[id].desc->name);

@@ -99,6 +99,27 @@ static void two_worlds_never_meet(void **state)
     kd_world_destroy(b);
 }
 
+/* Ids belong to a world. One that another world gave is a mistake; it finds nothing and breaks nothing. */
+static void ids_of_another_world_find_nothing(void **state)
+{
+    (void)state;
+    kd_world *large = kd_world_make(), *small = kd_world_make();
+    (void)KD_ID(large, position), (void)KD_ID(large, velocity), (void)KD_ID(large, health);
+    kd_component_id foreign = KD_ID(large, charge);
+    kd_entity e = kd_spawn(small, KD_TAG(position)), bare = kd_spawn_values(small, NULL, 0);
+    assert_true(kd_alive(small, bare));
+    assert_null(kd_find_id(small, e, foreign));
+    assert_null(kd_find_mut_id(small, e, foreign));
+    assert_int_equal(kd_remove_id(small, e, foreign), KD_OK);
+    assert_int_equal(kd_enable_id(small, e, foreign, false), KD_NOT_FOUND);
+    assert_false(kd_is_enabled_id(small, e, foreign));
+    assert_null(kd_component_info(small, foreign));
+    assert_null(kd_singleton_find(small, foreign));
+    assert_int_equal(kd_world_validate(small), KD_OK);
+    kd_world_destroy(large);
+    kd_world_destroy(small);
+}
+
 /* ---- a world for each thread ---- */
 typedef struct owner_thread {
     pthread_t thread;
@@ -176,6 +197,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ten_thousand_worlds_leave_nothing),
         cmocka_unit_test(two_worlds_never_meet),
+        cmocka_unit_test(ids_of_another_world_find_nothing),
         cmocka_unit_test(each_thread_may_have_a_world_of_its_own),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
