@@ -10,9 +10,6 @@ const void *ecs_find_slow(const kd_world *w, kd_entity e, kd_component_id id)
 {
     ecs_table *t;
     uint32_t row;
-#ifndef NDEBUG
-    ecs_watch_value(w, id, true);
-#endif
     if (!ecs_locate(w, e, &t, &row))
         return NULL;
     uint32_t column = ecs_column_of(t, id);
@@ -59,6 +56,9 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id)
 {
     ecs_table *t;
     uint32_t row;
+#ifndef NDEBUG
+    ecs_watch_value(w, id, true);
+#endif
     if (!ecs_locate(w, e, &t, &row))
         return NULL;
     uint32_t column = ecs_column_of(t, id);

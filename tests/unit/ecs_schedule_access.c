@@ -6,7 +6,11 @@
 
 #include <cmocka.h>
 
+#include <signal.h>
+#include <stdio.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "runtime/core/log.h"
 #include "runtime/ecs/system.h"
@@ -158,6 +162,46 @@ static void write_through_read_column_is_caught(void **state)
                   "rows 256 to 511 of the table place+speed", "shown by query look");
 }
 
+static void ask_to_write_read_column(kd_system_context *c)
+{
+    kd_query *q = query(c, &(kd_query_desc){.terms = {KD_READ(place)}, .name = "look"});
+    kd_iter it = kd_query_iter(q);
+    if (kd_iter_next(&it) && KD_COLUMN_MUT(&it, place, 0))
+        strcpy(message, "it was given");
+    kd_query_destroy(q);
+}
+
+/* In a child, with its messages in a file: where the library has assertions this ends it. */
+static void asking_to_write_a_read_column_names_system_and_query(void **state)
+{
+    (void)state;
+    FILE *said = tmpfile();
+    assert_non_null(said);
+    pid_t child = fork();
+    if (child == 0) {
+        signal(SIGABRT, SIG_DFL); /* cmocka catches it */
+        dup2(fileno(said), STDERR_FILENO);
+        kd_world *w = kd_world_make();
+        kd_schedule *s = kd_schedule_make(w, NULL, NULL);
+        kd_spawn(w, KD_VAL(place, {1}));
+        kd_schedule_add(s, &(kd_system_desc){.name = "guilty",
+                                             .components = {KD_CHANGES(place)},
+                                             .run = ask_to_write_read_column});
+        message[0] = 0;
+        kd_schedule_run(s);
+        _exit(message[0] != 0);
+    }
+    int status = 0;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFSIGNALED(status) ? WTERMSIG(status) == SIGABRT : WEXITSTATUS(status) == 0);
+    rewind(said);
+    char text[1024] = "";
+    assert_true(fread(text, 1, sizeof text - 1, said) > 0);
+    fclose(said);
+    assert_non_null(
+        strstr(text, "system guilty: query look: component place is written but declared as read"));
+}
+
 /* A pointer that was kept from an earlier frame, to a component that is not declared at all. */
 static void write_kept_pointer(kd_system_context *c)
 {
@@ -226,6 +270,25 @@ static void find_values(kd_system_context *c)
     assert_true(kd_iter_next(&it) && kd_has(c->world, it.entities[0], speed)); /* asking is free */
     assert_true(!c->user || kd_find(c->world, it.entities[0], speed)->value);
     kd_query_destroy(q);
+}
+
+static void find_to_write(kd_system_context *c)
+{
+    kd_query *q = query(c, &(kd_query_desc){.terms = {KD_WITH(speed)}});
+    kd_iter it = kd_query_iter(q);
+    assert_true(kd_iter_next(&it));
+    kd_find_mut(c->world, it.entities[0], speed)->value++;
+    kd_query_destroy(q);
+}
+
+/* Where the library has assertions the call is seen, where it has none what it did. */
+static void value_found_to_write_is_caught(void **state)
+{
+    (void)state;
+    assert_caught((kd_system_desc){.components = {KD_USES(speed)}, .run = find_to_write}, "component speed",
+                  "declares as read", "KD_CHANGES");
+    assert_int_equal(
+        run_one((kd_system_desc){.components = {KD_CHANGES(speed)}, .run = find_to_write}, 1, true), KD_OK);
 }
 
 /* This file is compiled with assertions, so that the inlined look-up tells. */
@@ -300,10 +363,12 @@ int main(void)
         cmocka_unit_test(query_over_undeclared_component_is_caught),
         cmocka_unit_test(parallel_query_is_caught_too),
         cmocka_unit_test(write_through_read_column_is_caught),
+        cmocka_unit_test(asking_to_write_a_read_column_names_system_and_query),
         cmocka_unit_test(write_through_kept_pointer_is_caught),
         cmocka_unit_test(sparse_values_and_singletons_are_compared),
         cmocka_unit_test(first_to_ask_for_a_singleton_makes_it),
         cmocka_unit_test(found_value_of_undeclared_component_is_caught),
+        cmocka_unit_test(value_found_to_write_is_caught),
         cmocka_unit_test(structure_changed_at_once_is_caught),
         cmocka_unit_test(shuffling_shows_a_missing_declaration),
     };
