@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "runtime/app/bench.h"
+#include "runtime/app/comparison.h"
 #include "runtime/app/console.h"
 #include "runtime/app/doctor.h"
 #include "runtime/app/help.h"
@@ -20,6 +21,8 @@ static kd_status dispatch(const app_options *options) {
         return app_run(options);
     case APP_REFERENCE:
         return app_reference_run(options);
+    case APP_COMPARE:
+        return app_compare_run(options);
     case APP_INFO:
         return app_info_print(options->subject);
     case APP_DOCTOR:

@@ -24,13 +24,15 @@ static int encode_rows(spng_ctx *encoder, uint32_t width, uint32_t height, const
     return error == SPNG_EOI ? 0 : error;
 }
 
-static int encode(FILE *stream, uint32_t width, uint32_t height, const uint8_t *rgba, uint8_t *row) {
+/* To the stream, or, when it is NULL, to memory that the caller frees. */
+static int encode(FILE *stream, void **data, size_t *size, uint32_t width, uint32_t height, const uint8_t *rgba,
+                  uint8_t *row) {
     struct spng_ihdr header = {
         .width = width, .height = height, .bit_depth = 8, .color_type = SPNG_COLOR_TYPE_TRUECOLOR};
     spng_ctx *encoder = spng_ctx_new(SPNG_CTX_ENCODER);
     if (!encoder)
         return SPNG_EMEM;
-    int error = spng_set_png_file(encoder, stream);
+    int error = stream ? spng_set_png_file(encoder, stream) : spng_set_option(encoder, SPNG_ENCODE_TO_BUFFER, 1);
     if (!error)
         error = spng_set_ihdr(encoder, &header);
     if (!error)
@@ -40,8 +42,20 @@ static int encode(FILE *stream, uint32_t width, uint32_t height, const uint8_t *
                                 4); /* a third of level 6's time, 5 % larger */
     if (!error)
         error = encode_rows(encoder, width, height, rgba, row);
+    if (!error && !stream)
+        *data = spng_get_png_buffer(encoder, size, &error);
     spng_ctx_free(encoder);
     return error;
+}
+
+kd_status app_png_encode(uint32_t width, uint32_t height, const uint8_t *rgba, void **data, size_t *size) {
+    uint8_t *row = malloc((size_t)width * 3);
+    int error = row ? encode(NULL, data, size, width, height, rgba, row) : SPNG_EMEM;
+    free(row);
+    if (error)
+        return kd_fail(KD_NO_MEMORY, "a picture of %ux%u could not be encoded (%s); choose another size", width,
+                       height, spng_strerror(error));
+    return KD_OK;
 }
 
 kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgba) {
@@ -50,7 +64,7 @@ kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const
     if (status != KD_OK)
         return status;
     uint8_t *row = malloc((size_t)width * 3);
-    int error = row ? encode(file.stream, width, height, rgba, row) : SPNG_EMEM;
+    int error = row ? encode(file.stream, NULL, NULL, width, height, rgba, row) : SPNG_EMEM;
     free(row);
     if (error && error != SPNG_IO_ERROR) {
         kd_file_out_cancel(&file);

@@ -3,6 +3,7 @@
 
 /* Picture files, written whole or not at all. Threading: any. */
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "runtime/core/status.h"
@@ -13,6 +14,9 @@
  *  Errors  as kd_file_out_open and kd_file_out_commit, NO_MEMORY; one message
  */
 kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgba);
+
+/** Encode the same to memory, which the caller frees with free(). Errors  NO_MEMORY; one message */
+kd_status app_png_encode(uint32_t width, uint32_t height, const uint8_t *rgba, void **data, size_t *size);
 
 /** Write linear radiance in half floats, three channels, ZIP compressed.
  *

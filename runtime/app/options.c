@@ -47,6 +47,8 @@ _Static_assert(sizeof context_words / sizeof *context_words == KD_CONTEXT_API_CO
 const app_command_row app_commands[] = {
     {"run", APP_RUN, "SCENE", "render a scenario (.lua) or a model (.gltf, .glb)"},
     {"reference", APP_REFERENCE, "SCENE", "path trace a scenario or a model: what the picture should be"},
+    {"compare", APP_COMPARE, "SCENE|PICTURE REFERENCE",
+     "measure techniques against the path traced picture, or one picture against another"},
     {"info", APP_INFO, "FILE", "list what a model holds"},
     {"bench", APP_BENCH, "[ecs|jobs|all]", "measure the ECS and the jobs beside this machine's limits"},
     {"doctor", APP_DOCTOR, NULL, "list every way to a GPU or software driver, and what is missing"},
@@ -301,6 +303,36 @@ static const app_option_row reference_options[] = {
     {NULL, NULL, NULL, NULL},
 };
 
+static const app_option_row compare_options[] = {
+    {"--json", "FILE", read_json, "write the figures"},
+    {"--html", "FILE", app_read_html, "write one page with pictures, heat maps and a slider"},
+    {"--report", "DIR", app_read_report, "write report.html, report.json and every picture as .exr to a folder"},
+    {"--gi", "LIST", app_read_techniques, "techniques of a scene, some of:" GI_LIST(SPACED) "; default: all"},
+    {"--spp", "N", app_read_spp, "samples a pixel of the reference; default 64"},
+    {"--bounces", "N|inf", app_read_bounces,
+     "bounces of light in the reference, as for `kandil reference`; default inf"},
+    {"--frame", "N", app_read_frame,
+     "frame to compare, from 0; default: the last that `kandil run` would render"},
+    {"--frames", "N", read_frames, "number of frames, of which the last is compared"},
+    {"--seconds", "S", read_seconds, "the same in seconds"},
+    {"--fps", "F", read_fps, "simulation steps a second; default: the scenario's, else 30"},
+    {"--size", "WxH", read_size, "size of the picture; default: the scenario's, else 640x360"},
+    {"--seed", "N", read_seed, "seed of the samples and of the scenario's math.random; default 0"},
+    {"--threads", "N", read_threads, "threads; 0, the default, takes one per processor"},
+    {"--pixel", "area|centre", app_read_pixel,
+     "the reference's rays: through the pixels' middles, the default, or their mean"},
+    {"--lambert", NULL, app_read_lambert, "take every material of the reference as ideally diffuse"},
+    {"--time-budget", "S", app_read_time_budget, "end the reference after so many seconds"},
+    {"--noise", "X", app_read_noise, "end it when the mean relative squared error is about X"},
+    {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
+    {"--asset-root", "DIR", read_asset_root,
+     "repeatable: a folder beside the scenario's own from which it may load"},
+    {"--set", "KEY=VALUE", read_set,
+     "repeatable: a setting, or an entity's field; exposure and curve of the pictures too"},
+    {"--quiet", NULL, read_quiet, "print errors only"},
+    {NULL, NULL, NULL, NULL},
+};
+
 static const app_option_row bench_options[] = {
     {"--json", "FILE", read_json, "write the rows to a file too"},
     {"--threads", "N", read_threads, "threads of the cases for several; 0, the default: one per processor"},
@@ -315,6 +347,8 @@ const app_option_row *app_command_options(app_command command) {
         return run_options;
     case APP_REFERENCE:
         return reference_options;
+    case APP_COMPARE:
+        return compare_options;
     case APP_BENCH:
         return bench_options;
     default:
@@ -371,6 +405,10 @@ static kd_status read_bench(app_options *out, const char *text) {
 static kd_status read_subject(app_options *out, const app_command_row *row, const char *text) {
     if (!row->subject)
         return kd_fail(KD_USAGE, "unexpected argument '%s'; `kandil %s` takes none", text, row->name);
+    if (row->command == APP_COMPARE && out->subject && !out->second) {
+        out->second = text;
+        return KD_OK;
+    }
     if (out->subject)
         return kd_fail(KD_USAGE, "unexpected argument '%s' after '%s'; give one %s", text, out->subject,
                        row->subject);
@@ -457,6 +495,7 @@ kd_status app_options_parse(int argc, char **argv, app_options *out) {
         return fail_unknown_command(argv[1]);
     kd_status status = make_lists(out, argc);
     out->command = row->command;
+    out->tracing.centre = row->command == APP_COMPARE; /* the renderer's own way, so that light alone differs */
     if (status == KD_OK)
         status = read_arguments(out, row, argc, argv);
     if (status != KD_OK)

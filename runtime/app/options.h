@@ -12,7 +12,7 @@
 #include "runtime/gpu/gpu.h"
 
 typedef enum app_command {
-    APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH, APP_REFERENCE
+    APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH, APP_REFERENCE, APP_COMPARE
 } app_command;
 
 typedef enum app_bench { APP_BENCH_ALL, APP_BENCH_ECS, APP_BENCH_JOBS } app_bench;
@@ -37,6 +37,7 @@ typedef struct app_tracing {
 typedef struct app_options {
     app_command command;
     const char *subject;    /* the scene, the file, or the topic of help; NULL */
+    const char *second;     /* the picture to compare with; NULL */
     int64_t frames;         /* -1: not said */
     double seconds;         /* negative: not said */
     double fps;             /* 0: not said */
@@ -51,7 +52,8 @@ typedef struct app_options {
     app_bench bench;
     uint32_t bench_n;       /* 0: not said */
     const char *bench_case; /* a part of the names of cases, or NULL */
-    const char *json;       /* path or NULL */
+    const char *json, *html, *report; /* paths or NULL */
+    uint32_t techniques;    /* bits by kd_gi_technique; 0: not said */
     app_tracing tracing;
     uint32_t output_count, root_count, set_count;
     app_output *outputs;

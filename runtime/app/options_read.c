@@ -100,22 +100,43 @@ kd_status app_read_bounces(app_options *o, const char *text)
     return status;
 }
 
-kd_status app_read_terms(app_options *o, const char *text)
+/* Read "a,b,c" as bits by the index of each word. */
+static kd_status read_list(const char *option, const char *text, const char *const *words, uint32_t *bits)
 {
     kd_status status = KD_OK;
-    do {
+    while (status == KD_OK) {
         char word[32];
         size_t length = strcspn(text, ",");
-        int term = 0;
+        int index = 0;
         snprintf(word, sizeof word, "%.*s", (int)(length < sizeof word ? length : sizeof word - 1), text);
-        status = app_read_word("--terms", word, app_term_words, &term);
+        status = app_read_word(option, word, words, &index);
         if (status == KD_OK)
-            o->tracing.terms |= 1u << term;
-        text += length + (text[length] == ',');
-        if (!*text && text[-1] == ',')
-            return kd_fail(KD_USAGE, "--terms: the list ends in a comma; leave it out");
-    } while (status == KD_OK && *text);
+            *bits |= 1u << index;
+        if (!text[length])
+            break;
+        text += length + 1;
+    }
     return status;
+}
+
+kd_status app_read_terms(app_options *o, const char *text)
+{
+    return read_list("--terms", text, app_term_words, &o->tracing.terms);
+}
+
+kd_status app_read_techniques(app_options *o, const char *text)
+{
+    return read_list("--gi", text, app_gi_words, &o->techniques);
+}
+
+kd_status app_read_html(app_options *o, const char *text)
+{
+    return app_read_path("--html", text, &o->html);
+}
+
+kd_status app_read_report(app_options *o, const char *text)
+{
+    return app_read_path("--report", text, &o->report);
 }
 
 kd_status app_read_lambert(app_options *o, const char *text)

@@ -24,6 +24,9 @@ kd_status app_read_terms(app_options *o, const char *text);
 kd_status app_read_lambert(app_options *o, const char *text);
 kd_status app_read_pixel(app_options *o, const char *text);
 kd_status app_read_time_budget(app_options *o, const char *text);
+kd_status app_read_techniques(app_options *o, const char *text);
+kd_status app_read_html(app_options *o, const char *text);
+kd_status app_read_report(app_options *o, const char *text);
 kd_status app_read_noise(app_options *o, const char *text);
 
 #endif

@@ -2,9 +2,13 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "runtime/app/exr_shim.h"
 #include "runtime/app/image_write.h"
+#include "runtime/asset/image.h"
 #include "runtime/core/color.h"
+#include "runtime/core/file.h"
 #include "runtime/core/half.h"
 #include "runtime/core/log.h"
 
@@ -44,19 +48,40 @@ static kd_vec3 texel(const app_picture *p, size_t i)
     return (kd_vec3){p->rgb[i * 3], p->rgb[i * 3 + 1], p->rgb[i * 3 + 2]};
 }
 
-kd_status app_picture_write_png(const char *path, const app_picture *p, float exposure, kd_tonemap curve)
+uint8_t *app_picture_bytes(const app_picture *p, float exposure, kd_tonemap curve)
 {
     size_t count = (size_t)p->width * p->height;
     uint8_t *bytes = malloc(count * 4);
-    if (!bytes)
-        return kd_fail(KD_NO_MEMORY, "%s: no memory to encode the picture; choose a smaller size", path);
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; bytes && i < count; i++) {
         kd_vec3 c = p->encoded ? texel(p, i) : kd_color_screen(texel(p, i), exposure, curve);
         const uint8_t rgba[4] = {kd_color_byte(c.x), kd_color_byte(c.y), kd_color_byte(c.z), 255};
-        for (size_t k = 0; k < 4; k++)
-            bytes[i * 4 + k] = rgba[k];
+        memcpy(bytes + i * 4, rgba, sizeof rgba);
     }
+    return bytes;
+}
+
+kd_status app_picture_write_png(const char *path, const app_picture *p, float exposure, kd_tonemap curve)
+{
+    uint8_t *bytes = app_picture_bytes(p, exposure, curve);
+    if (!bytes)
+        return kd_fail(KD_NO_MEMORY, "%s: no memory to encode the picture; choose a smaller size", path);
     kd_status status = app_png_write(path, p->width, p->height, bytes);
+    free(bytes);
+    return status;
+}
+
+/* Codes are rounded to bytes, as what is saved and shown. */
+kd_status app_picture_encode(const app_picture *p, float exposure, kd_tonemap curve, app_picture *out)
+{
+    kd_status status = app_picture_make(out, p->width, p->height);
+    uint8_t *bytes = status == KD_OK ? app_picture_bytes(p, exposure, curve) : NULL;
+    if (status == KD_OK && !bytes)
+        status = kd_fail(KD_NO_MEMORY, "no memory for a picture of %ux%u; choose a smaller size", p->width,
+                         p->height);
+    for (size_t i = 0; bytes && i < (size_t)p->width * p->height; i++)
+        for (size_t k = 0; k < 3; k++)
+            out->rgb[i * 3 + k] = (float)bytes[i * 4 + k] / 255;
+    out->encoded = true;
     free(bytes);
     return status;
 }
@@ -78,4 +103,66 @@ float app_picture_exposure(const app_picture *p, const kd_settings *settings)
         }
     }
     return count > 0 ? chosen * (float)(mid_grey * exp2(-sum / count)) : chosen;
+}
+
+/* ---- reading ---- */
+
+static kd_status read_exr(const char *path, const void *data, size_t size, app_picture *out)
+{
+    const char *error;
+    out->rgb = exr_shim_decode(data, size, &out->width, &out->height, &error);
+    return out->rgb ? KD_OK
+                    : kd_fail(KD_BAD_FORMAT, "%s: %s; give an .exr of one part with channels R, G, B", path,
+                              error);
+}
+
+static kd_status read_png(const char *path, const void *data, size_t size, app_picture *out)
+{
+    const char *error = "there is no memory to decode it";
+    image_info info;
+    uint8_t *bytes = NULL;
+    kd_status status = image_measure(data, size, &info, &error);
+    if (status == KD_OK && !(bytes = malloc((size_t)info.width * info.height * 4)))
+        status = KD_NO_MEMORY;
+    if (status == KD_OK)
+        status = image_decode(data, size, &info, bytes, &error);
+    if (status != KD_OK) {
+        free(bytes);
+        return kd_fail(status, "%s: %s; give a .png or .exr file", path, error);
+    }
+    status = app_picture_make(out, info.width, info.height);
+    for (size_t i = 0; status == KD_OK && i < (size_t)info.width * info.height; i++)
+        for (size_t k = 0; k < 3; k++)
+            out->rgb[i * 3 + k] = (float)bytes[i * 4 + k] / 255;
+    out->encoded = true;
+    free(bytes);
+    return status;
+}
+
+static kd_status check_finite(const char *path, const app_picture *p)
+{
+    for (size_t i = 0; i < (size_t)p->width * p->height * 3; i++)
+        if (!isfinite(p->rgb[i]))
+            return kd_fail(KD_BAD_FORMAT,
+                           "%s: the value of pixel %zu, %zu is not finite; correct the picture", path,
+                           i / 3 % p->width, i / 3 / p->width);
+    return KD_OK;
+}
+
+kd_status app_picture_read(const char *path, app_picture *out)
+{
+    void *data;
+    size_t size;
+    *out = (app_picture){0};
+    kd_status status = kd_file_read(path, (size_t)1 << 31, &data, &size);
+    if (status != KD_OK)
+        return status;
+    status = kd_path_has_extension(path, ".exr") ? read_exr(path, data, size, out)
+                                                 : read_png(path, data, size, out);
+    free(data);
+    if (status == KD_OK)
+        status = check_finite(path, out);
+    if (status != KD_OK)
+        app_picture_fini(out);
+    return status;
 }

@@ -19,6 +19,17 @@ typedef struct app_picture {
 kd_status app_picture_make(app_picture *out, uint32_t width, uint32_t height);
 void app_picture_fini(app_picture *picture);
 
+/** Read a .png (encoded) or .exr (linear) file. Errors as kd_file_read; BAD_FORMAT, also for pixels that are
+ * no finite number; one message */
+kd_status app_picture_read(const char *path, app_picture *out);
+
+/** Encode to sRGB bytes, four a texel, which the caller frees; linear ones by exposure and curve. NULL
+ * without memory. */
+uint8_t *app_picture_bytes(const app_picture *picture, float exposure, kd_tonemap curve);
+
+/** Make the picture that `kandil run` would show: sRGB codes in floats. Errors NO_MEMORY with a message */
+kd_status app_picture_encode(const app_picture *picture, float exposure, kd_tonemap curve, app_picture *out);
+
 /** Write linear values in half floats. Errors as app_exr_write */
 kd_status app_picture_write_exr(const char *path, const app_picture *picture);
 

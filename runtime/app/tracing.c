@@ -14,15 +14,6 @@
 #include "runtime/core/json.h"
 #include "runtime/core/log.h"
 
-typedef struct tracing {
-    const app_options *options;
-    kd_jobs *jobs;
-    kd_world *world;
-    kd_schedule *schedule;
-    app_scene scene;
-    kd_reference *reference;
-} tracing;
-
 /* ---- outputs ---- */
 
 /* The path of a term: the one given for the final picture or for the only term, else with the term's name
@@ -71,7 +62,7 @@ static void encode_data(app_picture *p, int term)
     p->encoded = term == KD_REFERENCE_NORMAL || term == KD_REFERENCE_DEPTH;
 }
 
-static kd_status write_term(const tracing *t, const app_output *output, int term, float exposure)
+static kd_status write_term(const app_traced *t, const app_output *output, int term, float exposure)
 {
     char path[KD_PATH_MAX];
     app_picture p;
@@ -94,7 +85,7 @@ static kd_status write_term(const tracing *t, const app_output *output, int term
 }
 
 /* One exposure for all terms: the final picture's. */
-static kd_status write_pictures(const tracing *t)
+static kd_status write_pictures(const app_traced *t)
 {
     app_picture final;
     kd_status status = app_picture_make(&final, t->scene.width, t->scene.height);
@@ -124,7 +115,7 @@ static void put_double(kd_json *j, const char *key, double value)
     kd_json_double(j, value);
 }
 
-static kd_status write_stats(const tracing *t, const kd_reference_info *info)
+static kd_status write_stats(const app_traced *t, const kd_reference_info *info)
 {
     kd_json j = {.indent = 2};
     kd_json_object_begin(&j);
@@ -173,7 +164,7 @@ static bool show_progress(void *user, uint32_t done, uint32_t spp, double pass_m
     return !app_interrupted();
 }
 
-kd_status app_trace_world(kd_world *w, kd_jobs *jobs, const app_options *o, kd_reference **out)
+static kd_status trace_world(kd_world *w, kd_jobs *jobs, const app_options *o, kd_reference **out)
 {
     const app_tracing *t = &o->tracing;
     kd_status status =
@@ -201,7 +192,7 @@ uint64_t app_tracing_frame(const app_scene *scene, const app_options *o)
 }
 
 /* Every step up to the frame is taken: what a scenario does may depend on all before. */
-static kd_status step_to_frame(tracing *t)
+static kd_status step_to_frame(app_traced *t)
 {
     uint64_t last = app_tracing_frame(&t->scene, t->options);
     kd_status status = KD_OK;
@@ -215,11 +206,9 @@ static kd_status step_to_frame(tracing *t)
     return status;
 }
 
-static kd_status open_world(tracing *t)
+static kd_status open_world(app_traced *t)
 {
-    kd_status status = check_outputs(t->options);
-    if (status != KD_OK)
-        return status;
+    kd_status status;
     t->jobs = kd_jobs_make(t->options->threads);
     t->world = kd_world_make();
     if (!t->jobs || !t->world)
@@ -234,7 +223,16 @@ static kd_status open_world(tracing *t)
     return status == KD_OK ? kd_schedule_init(t->schedule) : status;
 }
 
-static void close_world(tracing *t)
+kd_status app_traced_open(app_traced *t, const app_options *options)
+{
+    *t = (app_traced){.options = options};
+    kd_status status = open_world(t);
+    if (status == KD_OK)
+        status = step_to_frame(t);
+    return status == KD_OK ? trace_world(t->world, t->jobs, options, &t->reference) : status;
+}
+
+void app_traced_close(app_traced *t)
 {
     kd_reference_close(t->reference);
     if (t->schedule)
@@ -244,10 +242,11 @@ static void close_world(tracing *t)
         kd_world_destroy(t->world);
     if (t->jobs)
         kd_jobs_destroy(t->jobs);
+    *t = (app_traced){0};
 }
 
 /* An interrupted picture is kept with the samples it has. */
-static kd_status finish(tracing *t, kd_status status)
+static kd_status finish(app_traced *t, kd_status status)
 {
     kd_reference_info info = kd_reference_get_info(t->reference);
     if ((status != KD_OK && status != KD_INTERRUPTED) || info.spp == 0)
@@ -261,15 +260,14 @@ static kd_status finish(tracing *t, kd_status status)
 
 kd_status app_reference_run(const app_options *options)
 {
-    tracing t = {.options = options};
+    app_traced t = {0};
     app_interrupt_install();
-    kd_status status = open_world(&t);
-    if (status == KD_OK)
-        status = step_to_frame(&t);
-    if (status == KD_OK)
-        status = app_trace_world(t.world, t.jobs, options, &t.reference);
+    kd_status status = check_outputs(options);
+    if (status != KD_OK)
+        return status;
+    status = app_traced_open(&t, options);
     if (t.reference)
         status = finish(&t, status);
-    close_world(&t);
+    app_traced_close(&t);
     return status;
 }

@@ -3,6 +3,7 @@
 
 #include "runtime/app/options.h"
 #include "runtime/app/scene.h"
+#include "runtime/ecs/system.h"
 #include "runtime/jobs/jobs.h"
 #include "runtime/reference/reference.h"
 
@@ -13,9 +14,20 @@ kd_status app_reference_run(const app_options *options);
 /** Number of the frame that the options ask for. */
 uint64_t app_tracing_frame(const app_scene *scene, const app_options *options);
 
-/** Path trace the world as it is now, with a progress bar. `extra`: terms beside those of the options.
- *  Errors  as kd_reference_open and kd_reference_render; *out is NULL unless it is to be closed
+/* A world brought to a frame by its CPU systems alone, and its path traced picture. */
+typedef struct app_traced {
+    const app_options *options;
+    kd_jobs *jobs;
+    kd_world *world;
+    kd_schedule *schedule;
+    app_scene scene;
+    kd_reference *reference; /* NULL after a failure that left no picture */
+} app_traced;
+
+/** Load, step and trace what the options say, with a progress bar.
+ *  Errors  INTERRUPTED, of which the picture is kept; any other with one message. Close in all cases
  */
-kd_status app_trace_world(kd_world *w, kd_jobs *jobs, const app_options *options, kd_reference **out);
+kd_status app_traced_open(app_traced *traced, const app_options *options);
+void app_traced_close(app_traced *traced);
 
 #endif
