@@ -24,6 +24,7 @@ typedef struct reference_map {
     const kd_image *image; /* NULL: none */
     kd_wrap_mode wrap_s, wrap_t;
     bool nearest, srgb;
+    bool late_decode; /* interpolate the codes and decode the mean, as some renderers do */
 } reference_map;
 
 typedef struct reference_material {
@@ -39,7 +40,8 @@ typedef struct reference_attributes {
     kd_vec4 color;
 } reference_attributes;
 
-void reference_material_make(const kd_scene_store *store, uint32_t number, reference_material *out);
+void reference_material_make(const kd_scene_store *store, uint32_t number, bool lambert,
+                             reference_material *out);
 /** Share of rays that a base colour's alpha stops. */
 float reference_opacity(const reference_material *m, float alpha);
 kd_vec4 reference_base_color(const reference_material *m, const reference_attributes *a);

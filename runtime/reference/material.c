@@ -9,7 +9,8 @@
 #include "runtime/reference/internal.h"
 #include "systems/scene/scene.h"
 
-void reference_material_make(const kd_scene_store *store, uint32_t number, reference_material *out)
+void reference_material_make(const kd_scene_store *store, uint32_t number, bool lambert,
+                             reference_material *out)
 {
     kd_store_material material = store->materials[number];
     const kd_material_desc *d = &material.desc;
@@ -18,8 +19,8 @@ void reference_material_make(const kd_scene_store *store, uint32_t number, refer
     *out = (reference_material){.alpha_mode = d->alpha_mode};
     for (int i = 0; i < 5; i++) {
         const kd_image *image = kd_scene_image(store, refs[i]->image);
-        out->maps[i] =
-            (reference_map){image, refs[i]->wrap_s, refs[i]->wrap_t, refs[i]->nearest, i == 0 || i == 3};
+        out->maps[i] = (reference_map){
+            image, refs[i]->wrap_s, refs[i]->wrap_t, refs[i]->nearest, i == 0 || i == 3, lambert};
         material.maps[i].id = image != NULL; /* present, whether or not a GPU has it */
     }
     out->params = kd_material_params_make(&material);
@@ -41,7 +42,7 @@ static kd_vec4 texel(const reference_map *m, int32_t x, int32_t y)
     const kd_image *image = m->image;
     size_t row = wrapped(y, image->height, m->wrap_t), column = wrapped(x, image->width, m->wrap_s);
     const uint8_t *t = image->rgba + (row * image->width + column) * 4;
-    if (m->srgb)
+    if (m->srgb && !m->late_decode)
         return (kd_vec4){kd_color_from_srgb8[t[0]], kd_color_from_srgb8[t[1]], kd_color_from_srgb8[t[2]],
                          (float)t[3] / 255};
     return (kd_vec4){(float)t[0] / 255, (float)t[1] / 255, (float)t[2] / 255, (float)t[3] / 255};
@@ -66,12 +67,16 @@ static kd_vec4 sample(const reference_map *m, kd_vec2 uv)
     float x = in_texels(clamp_s ? fminf(fmaxf(uv.x, 0), 1) : uv.x, m->image->width);
     float y = in_texels(clamp_t ? fminf(fmaxf(uv.y, 0), 1) : uv.y, m->image->height);
     if (m->nearest)
-        return texel(m, (int32_t)floorf(x), (int32_t)floorf(y));
+        x = floorf(x) + 0.5f, y = floorf(y) + 0.5f;
     float left = floorf(x - 0.5f), top = floorf(y - 0.5f), fx = x - 0.5f - left, fy = y - 0.5f - top;
     int32_t x0 = (int32_t)left, y0 = (int32_t)top;
     kd_vec4 above = mix(texel(m, x0, y0), texel(m, x0 + 1, y0), fx);
     kd_vec4 below = mix(texel(m, x0, y0 + 1), texel(m, x0 + 1, y0 + 1), fx);
-    return mix(above, below, fy);
+    kd_vec4 c = mix(above, below, fy);
+    if (m->srgb && m->late_decode)
+        return (kd_vec4){kd_color_srgb_decode(c.x), kd_color_srgb_decode(c.y), kd_color_srgb_decode(c.z),
+                         c.w};
+    return c;
 }
 
 /* White where the material has no such map. */

@@ -42,7 +42,8 @@ typedef struct kd_reference_desc {
     int32_t bounces; /* light that bounced more often is left out; 0: what comes straight from lights,
                         emitters and sky */
     uint64_t seed;
-    bool lambert; /* every material is its base colour, ideally diffuse, lit from both sides */
+    bool lambert; /* every material is its base colour, ideally diffuse, lit from both sides; maps are
+                     interpolated as they are stored. For comparison with renderers that know no more */
     bool centre;  /* one ray through the pixel's middle, as the renderer does, instead of its mean */
     bool ambient_occlusion; /* compute KD_REFERENCE_AO: a ray a sample more */
     double time_budget_s;   /* end after this long, samples done so far count; 0: no limit */

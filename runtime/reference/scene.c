@@ -272,7 +272,7 @@ static kd_status add_materials(builder *b)
     if (!s->materials || !s->parts || !b->uses)
         return no_memory();
     for (uint32_t i = 0; i < s->material_count; i++)
-        reference_material_make(b->store, i, &s->materials[i]);
+        reference_material_make(b->store, i, s->lambert, &s->materials[i]);
     return KD_OK;
 }
 
