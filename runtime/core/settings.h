@@ -55,7 +55,7 @@ typedef enum kd_setting_type { KD_SETTING_BOOL, KD_SETTING_I32, KD_SETTING_F32, 
     X(ENUM, view, tonemap, KD_TONEMAP_ACES, 0, 2, tonemap_words, NULL, "curve from scene light to the screen") \
     X(I32, view, level, -1, -1, 15, NULL, NULL, "tree level that debug views show; -1: the finest")          \
     X(BOOL, debug, access, false, 0, 1, NULL, NULL, "stop when a system touches components that it does not declare") \
-    X(I32, debug, shuffle, 0, 0, 1000000000, NULL, NULL, "seed of a shuffled, legal order of systems; 0: their own")
+    X(I32, debug, shuffle, 0, 0, 99999, NULL, NULL, "seed of a shuffled, legal order of systems; 0: their own")
 
 #define KD_SETTING_C_BOOL bool
 #define KD_SETTING_C_I32  int32_t
