@@ -9,6 +9,7 @@
 #include "runtime/ecs/instance.h"
 #include "runtime/ecs/observer.h"
 #include "runtime/ecs/reflect.h"
+#include "runtime/ecs/relation.h"
 #include "runtime/ecs/snapshot.h"
 #include "runtime/ecs/statistics.h"
 #include "runtime/ecs/system.h"
@@ -38,6 +39,12 @@ KD_COMPONENT_DEFINE(label, "label", KD_FIELD(label, text, KD_STRING, NULL, "what
 KD_COMPONENT_DEFINE(late, "late", KD_FIELD(late, value, KD_F32, NULL, "a number"));
 KD_COMPONENT_DEFINE_FLAGS(wide, "wide", KD_COMPONENT_SPARSE,
                           KD_FIELD_ARRAY(wide, values, KD_F32, 8, NULL, "numbers"));
+
+typedef struct likes {
+    float how_much;
+} likes;
+KD_RELATION_DEFINE(likes, "likes", 0, KD_FIELD(likes, how_much, KD_F32, NULL, "0 to 1"));
+KD_RELATION_TAG_DEFINE(part_of, "part_of", KD_COMPONENT_EXCLUSIVE | KD_COMPONENT_CASCADE);
 
 enum { MOST = 300, DESCS = 10 };
 
@@ -99,6 +106,19 @@ static void clear(stage *s)
 }
 
 /* ---- what is called ---- */
+static void relate_all(stage *s)
+{
+    for (uint32_t i = 0; i < s->fill; i++) {
+        assert_int_equal(kd_relate_with(s->w, s->children[i], likes, s->roots[i / 2], {1}), KD_OK);
+        assert_int_equal(kd_relate(s->w, s->roots[i], part_of, s->root), KD_OK);
+    }
+}
+static void relate_and_observe(stage *s)
+{
+    relate_all(s);
+    assert_int_equal(kd_observe(s->w, &likes_desc, 15, hear, &s->told), KD_OK);
+    assert_int_equal(kd_observe(s->w, &part_of_desc, 15, hear, &s->told), KD_OK);
+}
 static void observe_all(stage *s)
 {
     static const kd_component_desc *const all[] = {&position_desc, &health_desc, &charge_desc, &bond_desc,
@@ -327,6 +347,42 @@ static bool call_merge(stage *s)
     return kd_world_merge(s->w) == KD_OK;
 }
 
+/* ---- relations ---- */
+static bool call_relate(stage *s)
+{
+    return kd_relate_with(s->w, s->root, likes, s->fill ? s->roots[0] : s->root, {2}) == KD_OK;
+}
+static bool call_relate_exclusive(stage *s)
+{
+    kd_entity source = s->fill ? s->roots[0] : s->root; /* leaves its target for another */
+    return kd_relate(s->w, source, part_of, s->fill > 1 ? s->children[1] : s->root) == KD_OK;
+}
+static bool call_unrelate(stage *s)
+{
+    if (s->fill)
+        kd_unrelate(s->w, s->children[0], likes, s->roots[0]);
+    return true;
+}
+static bool call_remove_relation(stage *s)
+{
+    return !s->fill || kd_remove(s->w, s->children[0], likes) == KD_OK;
+}
+static bool call_query_target(stage *s)
+{
+    return kd_query_make(s->w, &(kd_query_desc){.terms = {KD_READ(position), KD_WITH(likes)}}) != NULL;
+}
+static bool call_record_relate(stage *s)
+{
+    kd_commands_relate(kd_world_commands(s->w, 0), s->root, KD_VAL(likes, {3}), s->root);
+    return merged(s);
+}
+static bool call_record_unrelate(stage *s)
+{
+    if (s->fill)
+        kd_commands_unrelate(kd_world_commands(s->w, 0), s->children[0], &likes_desc, s->roots[0]);
+    return merged(s);
+}
+
 /* ---- loops, reflection, snapshots ---- */
 static void push_rows(kd_iter *rows, kd_commands *commands, void *user)
 {
@@ -380,13 +436,14 @@ static bool call_snapshot(stage *s)
 }
 static void prepare_restore(stage *s)
 {
+    relate_all(s);
     kd_singleton(s->w, label)->text[0] = 'a';
     assert_int_equal(kd_snapshot_write(s->w, &s->snapshot), KD_OK);
     kd_world_destroy(s->w); /* into a world that holds other things */
     s->w = kd_world_make();
     kd_spawn(s->w, KD_TAG(position), KD_TAG(health), KD_TAG(bond), KD_TAG(charge), KD_VAL(owner, {owned(1)}));
     s->root = kd_spawn(s->w, KD_TAG(label));
-    (void)KD_ID(s->w, label);
+    (void)KD_ID(s->w, label), (void)KD_ID(s->w, likes), (void)KD_ID(s->w, part_of);
     s->positions = kd_query_make(s->w, &(kd_query_desc){.terms = {KD_WRITE(position)}});
 }
 static bool call_restore(stage *s)
@@ -549,6 +606,17 @@ static const attempt attempts[] = {
     {"kd_commands_set_parent", call_record_parent, NULL, 0},
     {"kd_commands_set_name", call_record_name, NULL, 0},
     {"kd_world_merge", call_merge, record_all, PARTLY},
+    {"kd_relate", call_relate, NULL, 0},
+    {"kd_relate among pairs", call_relate, relate_and_observe, 0},
+    {"kd_relate of an exclusive relation", call_relate_exclusive, relate_all, 0},
+    {"kd_unrelate", call_unrelate, relate_and_observe, 0},
+    {"kd_remove of a relation", call_remove_relation, relate_and_observe, 0},
+    {"kd_destroy of related entities", call_destroy, relate_and_observe, 0},
+    {"kd_instantiate of related entities", call_instantiate, relate_all, SPENDS},
+    {"kd_query_make with a relation", call_query_target, relate_all, 0},
+    {"kd_commands_relate", call_record_relate, relate_all, 0},
+    {"kd_commands_unrelate", call_record_unrelate, relate_all, 0},
+    {"kd_snapshot_write of pairs", call_snapshot, relate_all, 0},
     {"kd_query_parallel", call_parallel, prepare_tables, 0},
     {"kd_field_write", call_field, NULL, 0},
     {"kd_field_write of a singleton", call_field_of_singleton, NULL, 0},
