@@ -5,6 +5,7 @@
 
 #include "runtime/ecs/instance.h"
 #include "runtime/ecs/observer.h"
+#include "runtime/ecs/relation.h"
 #include "runtime/ecs/snapshot.h"
 #include "runtime/ecs/system.h"
 #include "runtime/ecs/validate.h"
@@ -20,6 +21,11 @@ typedef struct lamp { /* in the tables, with enable bits */
 KD_COMPONENT_DEFINE_FLAGS(charge, "charge", KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE,
                           KD_FIELD(charge, amount, KD_F32, "C", "how much"));
 KD_COMPONENT_DEFINE_FLAGS(lamp, "lamp", KD_COMPONENT_TOGGLE, KD_FIELD(lamp, power, KD_U32, "W", "power"));
+typedef struct likes {
+    float how_much;
+} likes;
+KD_RELATION_DEFINE(likes, "likes", 0, KD_FIELD(likes, how_much, KD_F32, NULL, "0 to 1"));
+KD_RELATION_TAG_DEFINE(owned_by, "owned_by", KD_COMPONENT_EXCLUSIVE | KD_COMPONENT_CASCADE);
 static const kd_component_desc marked_desc = {.name = "marked", .align = 1, .flags = KD_COMPONENT_SPARSE};
 
 #ifdef __SANITIZE_THREAD__
@@ -27,7 +33,7 @@ static const kd_component_desc marked_desc = {.name = "marked", .align = 1, .fla
 #else
 #define SEEDS 24
 #endif
-enum { KINDS = 8, QUERIES = 6, STEPS = 60, KEEP_BELOW = 5000 };
+enum { KINDS = 8, QUERIES = 7, STEPS = 60, KEEP_BELOW = 5000 };
 static const kd_component_desc *const kinds[KINDS] = {&position_desc, &velocity_desc, &health_desc,
                                                       &bond_desc,     &frozen_desc,   &charge_desc,
                                                       &lamp_desc,     &marked_desc};
@@ -38,6 +44,7 @@ static const kd_query_desc query_descs[QUERIES] = {
     {{KD_READ(lamp), KD_OPTIONAL(charge)}, true, NULL},
     {{KD_ANY(velocity), KD_ANY(bond), KD_WITHOUT(marked)}, false, NULL},
     {.by_depth = false},
+    {.terms = {KD_READ(likes), KD_OPTIONAL(owned_by), KD_READ(health)}},
 };
 
 typedef struct program {
@@ -242,6 +249,7 @@ static void run_program(uint64_t seed, uint32_t threads, uint32_t steps, outcome
     for (int q = 0; q < QUERIES; q++)
         p.queries[q] = kd_query_make(p.w, &query_descs[q]);
     add_systems(&p);
+    assert_int_equal(kd_observe(p.w, &likes_desc, 15, hear, &p), KD_OK);
     for (int k = 0; k < KINDS; k++)
         assert_int_equal(kd_observe(p.w, kinds[k], seed % 3 ? 15 : KD_ON_REMOVE, hear, &p), KD_OK);
     for (uint32_t i = 0; i < steps; i++) {
