@@ -116,7 +116,7 @@ static void a_single_entity_is_a_size_too(void **state) {
     static row_log log;
     (void)state;
     assert_int_equal(kd_bench_ecs(&(kd_bench_desc){.threads = 1, .n = 1, .sink = keep, .user = &log}), KD_OK);
-    assert_int_equal(log.count, 26);
+    assert_int_equal(log.count, 27);
 }
 
 int main(void) {
