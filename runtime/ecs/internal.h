@@ -16,6 +16,7 @@
  *   pairs.c        the store of a relation: targets by source, sources by target
  *   relation.c     relating, and what happens to pairs when an entity dies
  *   query.c        cached lists of matching tables
+ *   iterate.c      walking them; row_terms.c where rows are asked one by one
  *   parallel.c     a query's rows shared among workers
  *   commands.c     changes recorded by workers and merged in a defined order
  *   observer.c     events wait until the outermost change is complete
@@ -209,7 +210,8 @@ typedef struct ecs_name_link {
 /* ---- queries ---- */
 typedef struct ecs_match {
     ecs_table *table;
-    uint16_t columns[KD_MAX_TERMS];
+    uint64_t marks; /* a version, and a bit for each term whose column bears it in every row */
+    uint16_t columns[KD_MAX_TERMS]; /* by term; where a table has none to show, one of the two behind the last */
 } ecs_match;
 
 struct kd_query {
@@ -573,13 +575,25 @@ void ecs_name_drop(kd_world *w, uint32_t index);
 void ecs_names_fini(kd_world *w);
 
 /* query.c */
+static inline bool ecs_term_accessed(uint8_t kind)
+{
+    return kind == KD_TERM_READ || kind == KD_TERM_WRITE || kind == KD_TERM_OPTIONAL ||
+           kind == KD_TERM_OPTIONAL_WRITE || kind == KD_TERM_ANY;
+}
 bool ecs_query_matches(const kd_query *q, const ecs_table *t);
 bool ecs_queries_add_table(kd_world *w, ecs_table *t); /* false when out, nothing added */
+void ecs_queries_fini(kd_world *w);
+
+/* iterate.c, row_terms.c */
 kd_iter ecs_query_iter(kd_query *q); /* without telling who watches */
+void ecs_iter_show(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end);
+/** Show the first run of matching rows in [begin, end) that agree in their row terms. */
+bool ecs_iter_row_run(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end);
+/** Some required sparse component has no value at all: nothing can match. */
+bool ecs_query_lacks_values(const kd_query *q);
 /** Narrow a fresh iterator to the rows [begin, end) of one matched table; ecs_iter_next_limited shows them. */
 void ecs_iter_limit(kd_iter *it, uint32_t match, uint32_t begin, uint32_t end);
 bool ecs_iter_next_limited(kd_iter *it);
-void ecs_queries_fini(kd_world *w);
 /** Show the longest run of rows from `begin` on that match and agree in their row terms; returns its end, which
  * is `begin` when that row does not match. */
 uint32_t ecs_iter_show_run(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end);

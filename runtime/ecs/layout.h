@@ -72,9 +72,12 @@ typedef struct ecs_table {
     uint32_t chunk_capacity;
     uint16_t column_count; /* all, with entities and parents */
     uint16_t depth;
+    uint16_t parents;       /* the parents' column, or the one behind the last without data */
     uint32_t incoming;      /* rows about to arrive while a subtree is moved */
     struct ecs_archetype *archetype;
-    ecs_column columns[]; /* 0: entities; then components by id; last, when depth > 0: parents */
+    /* 0: entities; then components by id; then, when depth > 0, parents. Behind these column_count, so that a
+     * query need not ask, one without data, and one whose data is the value of a tag. */
+    ecs_column columns[];
 } ecs_table;
 
 /* Where the values of a component lie: a look-up goes from the record straight to the column. */

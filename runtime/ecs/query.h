@@ -117,11 +117,12 @@ typedef struct kd_iter {
     const kd_entity *parents;  /* [count]; NULL for entities without parent (depth 0) */
     void *columns[KD_MAX_TERMS];
     kd_query *query;
+    uint32_t marked; /* bits of the terms whose columns bear the present version in all these rows */
     uint64_t changed_since; /* 0: visit all; else only chunks in which an accessed term changed after this
                                version */
     kd_entity target; /* see kd_query_iter_to */
     uint32_t next_table, next_row, row_limit;
-    void *internal[2];
+    void *internal[3];
 } kd_iter;
 
 /** Begin to iterate. An iterator owns nothing and may be abandoned at any row. */
@@ -158,8 +159,16 @@ static inline const void *kd_iter_column(const kd_iter *it, uint32_t index, size
     (void)size;
     return it->columns[index];
 }
+void *ecs_iter_mark(kd_iter *it, uint32_t index);
 /** Column of term `index` to write; asserts that the term was declared WRITE and marks the chunk changed. */
-void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size);
+static inline void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)
+{
+#ifndef NDEBUG
+    ecs_iter_check(it, index, size);
+#endif
+    (void)size;
+    return it->marked >> index & 1 ? it->columns[index] : ecs_iter_mark(it, index);
+}
 /** Targets of the rows' pairs that term `index` shows: [count]. The term is of a relation and has a column. */
 const kd_entity *kd_iter_targets(const kd_iter *it, uint32_t index);
 #define KD_COLUMN(it, type, index)     ((const type *)kd_iter_column((it), (index), sizeof(type)))

@@ -70,7 +70,7 @@ static void count_table(const ecs_table *t, kd_archetype_statistics *out)
     out->tables++;
     out->entities += t->count;
     out->used_bytes += t->count * row;
-    out->held_bytes += t->capacity * row + sizeof *t + t->column_count * sizeof *t->columns;
+    out->held_bytes += t->capacity * row + sizeof *t + (t->column_count + 2u) * sizeof *t->columns;
     if (t->versions)
         out->held_bytes += (t->chunk_capacity + 1u) * t->column_count * sizeof *t->versions;
 }

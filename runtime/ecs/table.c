@@ -6,7 +6,7 @@
 static ecs_table *table_alloc(kd_world *w, ecs_archetype *a, uint32_t depth)
 {
     uint32_t columns = a->column_count + (depth ? 2 : 1);
-    size_t bytes = sizeof(ecs_table) + columns * sizeof(ecs_column);
+    size_t bytes = sizeof(ecs_table) + (columns + 2u) * sizeof(ecs_column);
     ecs_table *t = ecs_grow(w, NULL, 0, bytes);
     if (!t)
         return NULL;
@@ -16,8 +16,10 @@ static ecs_table *table_alloc(kd_world *w, ecs_archetype *a, uint32_t depth)
     t->column_limit = a->column_limit;
     t->depth = (uint16_t)depth;
     t->column_count = (uint16_t)columns;
+    t->parents = (uint16_t)(depth ? columns - 1 : columns);
     t->index = w->head.table_count;
     t->columns[0].size = t->columns[columns - 1].size = sizeof(kd_entity);
+    t->columns[columns + 1u].data = (uint8_t *)w->tag_value;
     for (uint32_t i = 0, c = 1; i < a->id_count; i++) {
         uint32_t size = w->components[a->ids[i]].size;
         if (size) {
