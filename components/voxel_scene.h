@@ -4,8 +4,8 @@
 /* Singleton by which the voxel systems meet: where the cascades stand, which voxels are cached, which objects are in which
  * layer, and the buffers that hold it all. Layouts of the buffers: shaders/shared/voxel.h.
  *
- * Two layers: objects that have not moved since they came are static, their cells are kept until the cascades move or the
- * layer's members change; all others are dynamic and come anew every frame. An object that moves once is dynamic for good,
+ * Two layers: objects that have not moved since they came are static, their cells are kept; where the cascades move, or a
+ * member comes, goes or changes, that part goes stale and is built anew. All others are dynamic and come anew every frame. An object that moves once is dynamic for good,
  * so what a frame shows depends on the scenario and the frame's number alone. */
 
 #include <stdbool.h>
@@ -73,6 +73,8 @@ typedef struct kd_voxel_object {
     kd_mat4 model_ws;
     uint32_t first_matrix;       /* skinned: in this frame's joint palette */
     kd_vec3 bounds_min_ws, bounds_max_ws;
+    kd_vec3 placed_min_ws, placed_max_ws; /* bounds with which it last came into pages */
+    uint32_t repaged;            /* bits of the cascades whose segments went this frame to come in again elsewhere */
     float cached_scale;          /* largest axis scale its caches were made for */
     uint32_t caches[KD_MAX_CASCADES]; /* kd_voxel_scene.caches plus one; 0: none yet */
     uint32_t voxels[KD_MAX_CASCADES];
@@ -85,7 +87,8 @@ typedef struct kd_voxel_pages {
     uint64_t voxel_count;               /* in the segments in use */
     kd_gpu_buffer segments;             /* kd_voxel_segment [page_count * KD_PAGE_SEGMENTS] */
     kd_gpu_buffer stacks;               /* per page: top, then KD_PAGE_SEGMENTS free slots */
-    kd_gpu_buffer voxels;               /* 3 words a voxel: cell, fraction, normal */
+    kd_gpu_buffer voxels;               /* dynamic layer: 3 words a voxel: cell, fraction, normal */
+    kd_gpu_buffer bounds;               /* static layer: boxes of the groups of 64 voxels in every slot */
     bool changed;                       /* members changed this frame */
 } kd_voxel_pages;
 
@@ -95,8 +98,11 @@ typedef struct kd_voxel_scene {
     bool one_layer;                      /* svo.layers = one: everything goes through the dynamic layer */
     float span[KD_MAX_CASCADES];
     kd_vec3 origin_ws[KD_MAX_CASCADES];  /* low corners */
+    int32_t origin_cells[KD_MAX_CASCADES][3];   /* the same in cells from the world's origin */
+    int32_t previous_cells[KD_MAX_CASCADES][3]; /* of the frame before */
+    bool placed;                         /* there was a frame before */
     bool moved;                          /* the cascades moved this frame */
-    bool static_changed;                 /* moved, or static members or their emission changed: rebuild that layer */
+    bool static_changed;                 /* parts of the static layer are stale: they are built anew this frame */
 
     kd_voxel_cache *caches;
     kd_voxel_chunk *chunks;
@@ -111,6 +117,10 @@ typedef struct kd_voxel_scene {
     kd_gpu_buffer cache_shape, cache_color, cache_binding; /* "voxels.cache" */
     kd_gpu_buffer chunk_params, object_params;             /* "voxels.objects" */
     kd_voxel_pages pages[KD_LAYER_COUNT];                  /* "voxels.pages" */
+    kd_gpu_buffer stale_bricks;                            /* "voxels.stale": bits of dense cells, by wrapped code */
+    kd_gpu_buffer stale_boxes;                             /* kd_stale_box [stale_box_count] */
+    kd_gpu_buffer stale_groups;                            /* list of the groups of voxels in them, see voxel_transform/cull.comp */
+    uint32_t stale_box_count;
 
     void *internal;                                        /* of system voxel_pages */
 } kd_voxel_scene;

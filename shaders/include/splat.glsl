@@ -13,13 +13,15 @@ struct splat {
     uvec3 fraction; // share of the far cells, of 256
 };
 
-// position: of the voxel's centre, in cells from the cascade's low corner
-splat splat_at(vec3 position)
+// position: of the voxel's centre in cells of cascade c, from the world's origin: so that it falls on the same cells wherever
+// the cascade stands
+splat splat_at(uint c, vec3 position)
 {
     splat s;
-    vec3 low = floor(position - 0.5);
-    s.cell = ivec3(low);
-    s.fraction = uvec3((position - 0.5 - low) * 256.0 + 0.5);
+    precise vec3 corner = position - 0.5, low = floor(corner);
+    precise vec3 share = (corner - low) * 256.0 + 0.5;
+    s.cell = ivec3(low) - tree.origin[c].xyz;
+    s.fraction = uvec3(share);
     for (int k = 0; k < 3; k++) {
         if (s.fraction[k] > 248u) {
             s.cell[k]++;
@@ -29,6 +31,13 @@ splat splat_at(vec3 position)
         }
     }
     return s;
+}
+
+// Can a voxel there cover cells of cascade c at all?
+bool splat_inside(uint c, vec3 position)
+{
+    vec3 from_corner = position - vec3(tree.origin[c].xyz);
+    return all(greaterThanEqual(from_corner, vec3(-0.5))) && all(lessThanEqual(from_corner, vec3(float(tree.info.y) + 0.5)));
 }
 
 // Share of corner i (bit 0 x, bit 1 y, bit 2 z) of the block, of 256.

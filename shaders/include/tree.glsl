@@ -29,7 +29,13 @@ int tree_cascade_at(vec3 p_ws, float margin)
     return min(c, tree_cascades());
 }
 
-// Node of a dense cell, KD_EMPTY when there is nothing in it.
+// Cells are given from the cascade's low corner, and kept under their wrapped places (tree_params.glsl).
+ivec3 tree_wrap(int c, int level, ivec3 cell)
+{
+    return (cell + (tree.origin[c].xyz >> level)) & ((tree_resolution() >> level) - 1);
+}
+
+// Node of a (wrapped) dense cell, KD_EMPTY when there is nothing in it.
 uint tree_dense_node(int c, ivec3 cell)
 {
     return texelFetch(tree_index, ((c * KD_DENSE + cell.z) * KD_DENSE + cell.y) * KD_DENSE + cell.x).r;
@@ -41,7 +47,7 @@ int tree_octant(ivec3 cell, int shift)
     return o.x | o.y << 1 | o.z << 2;
 }
 
-// Down to the parent of a cell of a sparse level: its node, or KD_EMPTY. `level` 0 are leaves.
+// Down to the parent of a (wrapped) cell of a sparse level: its node, or KD_EMPTY. `level` 0 are leaves.
 uint tree_parent(int c, int level, ivec3 cell)
 {
     int shift = KD_SPARSE_LEVELS - level;
@@ -57,6 +63,7 @@ uint tree_parent(int c, int level, ivec3 cell)
 
 uvec2 tree_fetch_leaf(int c, ivec3 cell)
 {
+    cell = tree_wrap(c, 0, cell);
     uint parent = tree_parent(c, 0, cell);
     return parent == KD_EMPTY ? uvec2(0u) : texelFetch(tree_leaves, int(parent) * 8 + tree_octant(cell, 0)).rg;
 }
@@ -65,6 +72,7 @@ uvec2 tree_fetch_leaf(int c, ivec3 cell)
 vec4 tree_fetch_node(int c, int level, ivec3 cell, vec3 direction)
 {
 #if KD_SPARSE_LEVELS > 1
+    cell = tree_wrap(c, level, cell);
     uint node = tree_parent(c, level, cell);
     if (node == KD_EMPTY)
         return vec4(0.0);
@@ -122,13 +130,20 @@ vec4 tree_sample_nodes(int c, int level, vec3 p_ws, vec3 direction)
 }
 
 // One direction's block of the atlas: dense cells of cascade c (mip 0), or level `mip` above the outermost. Coordinates are
-// kept half a cell inside the block, so that filtering does not reach its neighbours.
+// kept half a cell inside the cascade, then wrapped: along x and y by the sampler, along z by the slices that stand before
+// and behind each block.
 vec4 tree_sample_block(int c, int mip, vec3 cell, int direction)
 {
     float size = float(KD_DENSE >> mip);
-    float y = mip == 0 ? 0.0 : float(KD_DENSE - (2 * KD_DENSE >> mip));
-    float z = mip == 0 ? float(c * KD_DENSE) : float(tree_cascades() * KD_DENSE);
-    vec3 at = clamp(cell, vec3(0.5), vec3(size - 0.5)) + vec3(float(direction * KD_DENSE), y, z);
+    vec3 at = clamp(cell, vec3(0.5), vec3(size - 0.5));
+    if (mip == 0) {
+        at += vec3((tree.origin[c].xyz >> KD_SPARSE_LEVELS) & (KD_DENSE - 1));
+        at.z -= at.z >= float(KD_DENSE) ? float(KD_DENSE) : 0.0;
+        at.z += float((c * 6 + direction) * KD_ATLAS_BLOCK + 1);
+    } else {
+        at.y += float(KD_DENSE - (2 * KD_DENSE >> mip));
+        at.z += float(tree_cascades() * 6 * KD_ATLAS_BLOCK + direction * (KD_DENSE / 2));
+    }
     return textureLod(tree_atlas, at * tree.atlas.xyz, 0.0);
 }
 

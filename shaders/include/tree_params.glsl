@@ -9,6 +9,30 @@ uint cascade_first_bit(uint c)
     return c << (3u * tree.info.z);
 }
 
+// Place of a cell of cascade c, counted from its low corner, in a grid that does not move with the cascade: cells are kept
+// under the world's own numbers modulo the resolution, so that what stays inside keeps its place (toroidal addressing,
+// Losasso and Hoppe 2004 for clipmaps).
+uvec3 cell_wrap(uint c, ivec3 cell)
+{
+    return uvec3(cell + tree.origin[c].xyz) & (tree.info.y - 1u);
+}
+
+ivec3 cell_unwrap(uint c, uvec3 wrapped)
+{
+    return ivec3((wrapped - uvec3(tree.origin[c].xyz)) & (tree.info.y - 1u));
+}
+
+// The same for cells of the dense level.
+uvec3 dense_wrap(uint c, ivec3 cell)
+{
+    return uvec3(cell + (tree.origin[c].xyz >> int(tree.info.w))) & (uint(KD_DENSE) - 1u);
+}
+
+ivec3 dense_unwrap(uint c, uvec3 wrapped)
+{
+    return ivec3((wrapped - uvec3(tree.origin[c].xyz >> int(tree.info.w))) & (uint(KD_DENSE) - 1u));
+}
+
 // Is a cell of cascade c inside the region that the next finer cascade covers? That one is its central half.
 bool in_finer_cascade(uint c, ivec3 cell)
 {

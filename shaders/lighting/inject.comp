@@ -4,40 +4,36 @@
 layout(local_size_x = 64) in;
 
 #include "shaders/include/tree_params.glsl"
+#include "shaders/include/svo_book.glsl"
+#include "shaders/include/rank.glsl"
 #include "shaders/include/morton.glsl"
 #include "shaders/include/cell_attributes.glsl"
 #include "shaders/include/tree_node.glsl"
 #include "shaders/include/lights.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 layer; }; // x: counter of the leaf parents, y: their capacity, z: first list entry; layer.x: words of a layer's mask, yz: capacity of static, dynamic cells
-layout(std430, binding = 0) readonly buffer list_block { uint list[]; };
-layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };
-layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };
-layout(std430, binding = 3) readonly buffer static_block { uvec4 static_cells[]; };
-layout(std430, binding = 4) readonly buffer dynamic_block { uvec4 dynamic_cells[]; };
-layout(std430, binding = 5) readonly buffer counters_block { uint counters[]; };
-layout(std430, binding = 6) writeonly buffer leaves_block { uvec2 leaves[]; };
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells, w: 1 when only touched parents are lit
+layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };         // static, then dynamic layer
+layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };         // of the dynamic layer
+layout(std430, binding = 3) readonly buffer surface_block { uvec2 surface[]; };    // of static cells, beside their leaves
+layout(std430, binding = 4) readonly buffer emission_block { uvec2 emission[]; };
+layout(std430, binding = 5) readonly buffer dynamic_block { uvec4 dynamic_cells[]; };
+layout(std430, binding = 6) buffer leaves_block { uvec2 leaves[]; };
 
 // Attributes of a cell from both layers; weight 0 when it is empty.
-cell_attributes load_cell(uint code)
+cell_attributes load_cell(uint slot, uint code)
 {
-    cell_attributes a, b;
+    cell_attributes a;
     a.albedo = a.normal = a.emission = vec3(0.0);
     a.double_sided = 0.0;
     a.weight = 0u;
     uint word = code >> 5, bit = 1u << (code & 31u);
-    uint s = masks[word], d = masks[layer.x + word];
-    if ((s & bit) != 0u) {
-        uint rank = ranks[word] + uint(bitCount(s & (bit - 1u)));
-        if (rank < layer.y)
-            a = cell_attributes_unpack(static_cells[rank]);
-    }
+    uint s = masks[word], d = masks[pass.y + word];
+    if ((s & bit) != 0u)
+        a = cell_attributes_unpack(uvec4(surface[slot], emission[slot]));
     if ((d & bit) != 0u) {
-        uint rank = ranks[layer.x + word] + uint(bitCount(d & (bit - 1u)));
-        if (rank < layer.z) {
-            b = cell_attributes_unpack(dynamic_cells[rank]);
-            a = cell_attributes_merge(a, b);
-        }
+        uint rank = rank_below(ranks[word], d, code);
+        if (rank < pass.z)
+            a = cell_attributes_merge(a, cell_attributes_unpack(dynamic_cells[rank]));
     }
     return a;
 }
@@ -71,22 +67,36 @@ vec3 direct_light(cell_attributes a, vec3 p_ws, float span)
     return sum;
 }
 
-void main()
+uvec2 leaf_of(uint slot, uint code)
 {
-    uint slot = gl_GlobalInvocationID.x, parent = slot >> 3;
-    if (parent >= min(counters[pass.x], pass.y))
-        return;
-    uint code = list[pass.z + parent] * 8u + (slot & 7u);
-    cell_attributes a = load_cell(code);
-    if (a.weight == 0u) {
-        leaves[slot] = uvec2(0u);
-        return;
-    }
+    cell_attributes a = load_cell(slot, code);
+    if (a.weight == 0u)
+        return uvec2(0u);
     uint c = code >> (3u * tree.info.z);
-    uvec3 cell = morton_decode(code & ((1u << (3u * tree.info.z)) - 1u));
+    ivec3 cell = cell_unwrap(c, morton_decode(code & ((1u << (3u * tree.info.z)) - 1u)));
     float span = tree.cascade[c].w;
     vec3 p_ws = tree.cascade[c].xyz + (vec3(cell) + 0.5) * span;
     vec3 radiance = tree.light.y * (a.albedo * (1.0 / 3.14159265) * direct_light(a, p_ws, span) + a.emission * tree.light.x);
     float depth = FULL_DEPTH * min(float(a.weight) / 256.0, 1.0);
-    leaves[slot] = leaf_pack(leaf_value(radiance, a.normal, depth, a.double_sided > 0.5));
+    return leaf_pack(leaf_value(radiance, a.normal, depth, a.double_sided > 0.5));
+}
+
+void main()
+{
+    uint entry = gl_GlobalInvocationID.x >> 3, k = gl_GlobalInvocationID.x & 7u;
+    if (entry >= min(counters[pass.w != 0u ? KD_COUNT_TOUCHED : KD_COUNT_HIGH], places.size.x))
+        return;
+    uint parent = pass.w != 0u ? book[places.others.w + entry] : entry;
+    uint code = parent == KD_EMPTY ? KD_EMPTY : book[places.codes[pass.x] + parent];
+    if (code == KD_EMPTY)
+        return;
+    uint slot = parent * 8u + k;
+    uvec2 leaf = leaf_of(slot, code * 8u + k);
+    if (leaf == leaves[slot])
+        return;
+    leaves[slot] = leaf;
+    if (pass.x == 0u)
+        book_change_dense(code);
+    else
+        book_change_node(pass.x, parent);
 }

@@ -10,6 +10,7 @@
 #define KD_BIND_LIGHTS 2   /* kd_lights_params */
 #define KD_BIND_TREE 3     /* kd_tree_params */
 #define KD_BIND_MATERIAL 4 /* kd_material_params of the batch being drawn */
+#define KD_BIND_SVO 5      /* kd_svo_places */
 
 /* texture units */
 #define KD_UNIT_BASE_COLOR 0 /* material maps, while drawing */

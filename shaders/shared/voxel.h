@@ -11,8 +11,8 @@
  *   albedo    3 x unorm8 sqrt-encoded | bit 24 double sided
  *   binding   deforming voxels only, 3 words. Skinned: joints u16x2, u16x2 | weights unorm8x4.
  *             Attached (morphing): triangle | barycentric y, z as unorm16x2 | 0
- * Words of a page voxel (world space):
- *   cell      10:10:10 low cell of the 2x2x2 block that it covers, bit 31 set: nothing here
+ * Words of a page voxel (world space; dynamic layer alone: static voxels are brought to the world when their cells are built):
+ *   cell      10:10:10 low cell of the 2x2x2 block that it covers, from the cascade's low corner; bit 31 set: nothing here
  *   fraction  3 x unorm8 of that block's far cells | 0
  *   normal    3 x snorm8 | 0
  */
@@ -20,6 +20,9 @@
 #define KD_PAGE_SEGMENTS 64u
 #define KD_PAGE_VOXELS 65536u
 #define KD_BINDING_WORDS 3u
+#define KD_GROUP_VOXELS 64u   /* of a segment; static voxels are culled by groups */
+#define KD_SEGMENT_GROUPS 16u
+#define KD_GROUP_ROW 1024u    /* groups along x of a dispatch over a list of them */
 #define KD_NO_VOXEL 0x80000000u
 #define KD_EMPTY 0xFFFFFFFFu
 
@@ -71,36 +74,72 @@ struct kd_voxel_segment {
     KD_UINT chunk_cascade; /* chunk | cascade << 28 */
 };
 
+/* Part of a cascade whose static cells are built anew, in cells from the cascade's low corner. */
+struct kd_stale_box {
+    ivec4 low;           /* w: cascade */
+    ivec4 high;          /* first cell beyond */
+};
+KD_LAYOUT_CHECK(kd_stale_box, 32)
+
 struct kd_tree_params {
     uvec4 info;          /* x: cascades, y: resolution, z: log2 resolution, w: sparse levels below the dense one */
     /* ---- 16 */
     vec4 cascade[KD_MAX_CASCADES]; /* xyz: low corner ws, w: span m */
     /* ---- 80 */
+    ivec4 origin[KD_MAX_CASCADES]; /* xyz: low corner in cells from the world's origin */
+    /* ---- 144 */
     uvec4 node_offset;   /* x: level 6, y: 7 …: first word of the level's child words in the node table */
     uvec4 data_offset;   /* x: level 7, y: 8 …: first entry of the level's filtered data */
-    uvec4 capacity;      /* x: leaf parents, y: interior nodes a level, z: dynamic sums, w: static leaves */
-    /* ---- 128 */
+    uvec4 capacity;      /* x: nodes a level, y: dynamic cells */
+    /* ---- 192 */
     vec4 light;          /* x: radiance of KD_EMISSION_ONE, y: factor on radiance while it is stored, z: 1 / y */
-    /* ---- 144 */
+    /* ---- 208 */
     vec4 centre;         /* xyz: common centre of the cascades ws, w: 1 / half the edge of the finest */
     vec4 atlas;          /* xyz: 1 / size of the atlas of dense levels */
-    /* ---- 176 */
+    /* ---- 240 */
 };
-KD_LAYOUT_CHECK(kd_tree_params, 176)
+KD_LAYOUT_CHECK(kd_tree_params, 240)
 
-/* Counters of the build (words of the counter buffer). */
+/* Places (first words) in the book, one buffer with all that is known of nodes besides their content. Levels are counted
+ * from the dense one. Node numbers are kept from frame to frame: a stack of free numbers a level gives and takes them. */
+struct kd_svo_places {
+    uvec4 masks;         /* of the levels: first word in the buffers of level masks */
+    uvec4 codes;         /* number to code (cascade above Morton code of the wrapped cell); KD_EMPTY: free */
+    uvec4 free;          /* stacks of free numbers */
+    uvec4 list;          /* what is to be filtered; x: codes of dense cells, y …: numbers */
+    uvec4 changed;       /* bits of what is to be filtered; x: by code, y …: by number */
+    uvec4 others;        /* x: bits of dense cells that hold something, y: bits, z: lists of cells that a finer cascade fills, w: list of touched leaf parents */
+    uvec4 size;          /* x: nodes a level, y: levels, z: words of a layer's mask, w: cascades */
+    /* ---- 112 */
+};
+KD_LAYOUT_CHECK(kd_svo_places, 112)
+#define KD_DENSE_WORDS 8192u      /* bits of the dense cells of a cascade */
+#define KD_UP_CELLS 32768u        /* dense cells of a cascade that the next finer one fills */
+
+/* The atlas of dense levels: x and y repeat, so blocks of cascades need no border there; along z each block of 64 slices, one
+ * a direction and cascade, has its last slice before it and its first behind it. Levels above the outermost cascade follow. */
+#define KD_ATLAS_BLOCK 66
+
+/* Counters of the build (words of the counter buffer). Up to KD_COUNT_TRANSIENT they go from frame to frame. */
 #define KD_COUNT_STATIC 0       /* occupied cells of the static layer */
 #define KD_COUNT_DYNAMIC 1
-#define KD_COUNT_LEVEL 2        /* + level - 6: occupied nodes of that level (6 … 9), all cascades */
-#define KD_COUNT_WORDS 64
-/* Indirect arguments in the same buffer, three words each. */
-#define KD_ARGS_LEVEL 16        /* + 3 * (level - 6): groups of 64 over the nodes of a level */
-#define KD_ARGS_LEAVES 28       /* groups of 64 over the leaf slots */
-#define KD_ARGS_STATIC 31       /* groups of 64 over the static cells */
-#define KD_ARGS_DYNAMIC 34
-#define KD_ARGS_PREVIOUS 37     /* groups of 64 over the dense nodes of the frame before, and their count */
-#define KD_COUNT_PREVIOUS 40
-#define KD_COUNT_BEFORE 41      /* + 4 * (level - 6) + cascade: nodes of that level in finer cascades */
+#define KD_COUNT_FRESH 2        /* static cells built anew, when some were */
+#define KD_COUNT_DIFF 3         /* nodes that go or come on the level at hand */
+#define KD_COUNT_NEED 4         /* + level: nodes that the masks ask for, counted when members changed */
+#define KD_COUNT_NODES 8        /* + 4 * level + cascade: nodes in use */
+#define KD_COUNT_FREE 24        /* + level: free numbers */
+#define KD_COUNT_HIGH 28        /* one more than the highest number that a leaf parent ever had */
+#define KD_COUNT_TRANSIENT 32
+#define KD_COUNT_TOUCHED 32     /* leaf parents in which the static layer was built anew, or the dynamic one is or was */
+#define KD_COUNT_CHANGED 33     /* + level: length of the lists of what is to be filtered */
+#define KD_COUNT_UP 37          /* + cascade 1 …: cells that the finer cascade fills; at the count of cascades: those above changed */
+#define KD_COUNT_TRANSIENT_END 48
+/* Indirect arguments in the same buffer, three words each: groups of 64. */
+#define KD_ARGS_ALL 64          /* over the leaves of all leaf parents */
+#define KD_ARGS_TOUCHED 67      /* over those of the touched ones */
+#define KD_ARGS_DYNAMIC 70      /* over the dynamic cells */
+#define KD_ARGS_LIST 73         /* over the list at hand */
+#define KD_COUNT_WORDS 76
 
 #include "shaders/shared/layout_end.h"
 

@@ -1,12 +1,17 @@
-// The eight children of a node, whatever they are: leaves, or sparse nodes reached through the node table.
+// The eight children of a node, whatever they are: leaves, or sparse nodes reached through the node table (svo_find.glsl).
 
 #include "shaders/include/tree_node.glsl"
 
 layout(std430, binding = 2) readonly buffer leaves_block { uvec2 leaves[]; };
-layout(std430, binding = 3) readonly buffer nodes_block { uint nodes[]; };
-layout(std430, binding = 4) buffer data_block { uvec2 data[]; };
+layout(std430, binding = 5) buffer data_block { uvec2 data[]; };
 
 node_value child[8];
+
+void load_nothing()
+{
+    for (uint i = 0u; i < 8u; i++)
+        child[i] = node_value(vec3(0.0), float[6](0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
+}
 
 void load_leaves(uint node)
 {

@@ -1,21 +1,25 @@
 // Filter, sparse levels: a node's optical depth by direction and its mean radiance from its eight children. Radiance is the
-// mean of what the six directions see, so a thin wall keeps the colours of both its sides in equal parts.
+// mean of what the six directions see, so a thin wall keeps the colours of both its sides in equal parts. What comes out as
+// it was changes nothing above.
 layout(local_size_x = 64) in;
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 below; }; // x: counter, y: capacity, z: first data entry; below.x: 1 when children are leaves, y: first slot, z: first data entry
-layout(std430, binding = 0) readonly buffer counters_block { uint counters[]; };
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 below; }; // x: level, z: first data entry; below.x: 1 when children are leaves, y: first slot, z: first data entry
 
+#include "shaders/include/svo_find.glsl"
 #include "shaders/svo/filter_children.glsl"
 
 void main()
 {
-    uint node = gl_GlobalInvocationID.x;
-    if (node >= min(counters[pass.x], pass.y))
+    uint entry = gl_GlobalInvocationID.x, level = pass.x;
+    if (entry >= counters[KD_COUNT_CHANGED + level])
+        return;
+    uint number = book[places.list[level] + entry], code = book[places.codes[level] + number];
+    if (code == KD_EMPTY)
         return;
     if (below.x != 0u)
-        load_leaves(node);
+        load_leaves(number);
     else
-        load_nodes(node, below.y, below.z);
+        load_nodes(number, below.y, below.z);
     node_value n;
     vec4 seen = vec4(0.0);
     for (uint axis = 0u; axis < 3u; axis++) {
@@ -25,5 +29,9 @@ void main()
         seen += forth + back;
     }
     n.radiance = seen.a > 0.0 ? seen.rgb / seen.a : vec3(0.0);
-    data[pass.z + node] = node_pack(n);
+    uvec2 word = node_pack(n);
+    if (word == data[pass.z + number])
+        return;
+    data[pass.z + number] = word;
+    change_above(level, code, level > 1u ? find_node(level - 1u, code >> 3) : KD_EMPTY);
 }

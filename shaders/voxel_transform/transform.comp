@@ -1,4 +1,4 @@
-// Brings the cached voxels of one layer to the world: rigid by the object's matrix, skinned by the blend of the voxel's own
+// Brings the cached voxels of the dynamic layer to the world: rigid by the object's matrix, skinned by the blend of the voxel's own
 // weights, attached (morphing) by the surface point that it is tied to. Writes the page voxel and marks the cells that it
 // covers in the layer's mask.
 //
@@ -7,6 +7,7 @@
 layout(local_size_x = 128) in;
 
 #include "shaders/include/splat.glsl"
+#include "shaders/include/rigid.glsl"
 #include "shaders/include/morton.glsl"
 #include "shaders/shared/scene.h"
 
@@ -18,11 +19,9 @@ layout(std430, binding = 3) readonly buffer shape_block { uvec2 shape[]; };
 layout(std430, binding = 4) readonly buffer binding_block { uint binding_words[]; };
 layout(std430, binding = 5) writeonly buffer voxels_block { uint voxels[]; };
 layout(std430, binding = 6) buffer mask_block { uint mask[]; };
-#ifdef KD_DEFORMING
 layout(binding = 0) uniform samplerBuffer joint_rows;    // rgba32f, three rows a joint
 layout(binding = 1) uniform usamplerBuffer deformed;     // r32ui: the geometry stream
 layout(binding = 2) uniform usamplerBuffer index_stream; // r32ui
-#endif
 
 struct posed {
     vec3 position_ws;
@@ -31,12 +30,9 @@ struct posed {
 
 posed pose_rigid(kd_voxel_object_params o, vec3 p, vec3 n)
 {
-    vec4 p1 = vec4(p, 1.0);
-    return posed(vec3(dot(o.model_ws[0], p1), dot(o.model_ws[1], p1), dot(o.model_ws[2], p1)),
-                 vec3(dot(o.normal_ws[0].xyz, n), dot(o.normal_ws[1].xyz, n), dot(o.normal_ws[2].xyz, n)));
+    return posed(rigid_position(o, p), rigid_normal(o, n));
 }
 
-#ifdef KD_DEFORMING
 posed pose_skinned(kd_voxel_object_params o, uint binding_at, vec3 p, vec3 n)
 {
     uint at = binding_at * KD_BINDING_WORDS;
@@ -84,7 +80,6 @@ posed pose_attached(kd_voxel_object_params o, uint binding_at)
     }
     return pose_rigid(o, p, n);
 }
-#endif
 
 void mark(uint c, splat s)
 {
@@ -95,7 +90,7 @@ void mark(uint c, splat s)
         ivec3 cell = splat_cell(s, i);
         if (!splat_owned(c, cell))
             continue;
-        uint bit = first + morton_encode(uvec3(cell));
+        uint bit = first + morton_encode(cell_wrap(c, cell));
         atomicOr(mask[bit >> 5], 1u << (bit & 31u));
     }
 }
@@ -110,26 +105,20 @@ void main()
     kd_voxel_chunk_params chunk = chunks[segment.chunk_cascade & 0xFFFFFFFu];
     kd_voxel_object_params o = objects[segment.object];
     uvec2 cached = shape[segment.first + i];
-    vec3 p = chunk.origin.xyz + (vec3(cell_unpack(cached.x)) + 0.5) * chunk.origin.w;
+    vec3 p = rigid_model_position(chunk, cached.x);
     vec3 n = vec3(snorm8_unpack(cached.y)) / 127.0;
-#ifdef KD_DEFORMING
     uint binding_at = chunk.info.z + segment.first + i - chunk.info.x;
     posed v = o.info.x == KD_VOXEL_RIGID ? pose_rigid(o, p, n)
             : o.info.x == KD_VOXEL_SKINNED ? pose_skinned(o, binding_at, p, n) : pose_attached(o, binding_at);
-#else
-    posed v = pose_rigid(o, p, n);
-#endif
     uint at = (slot * KD_SEGMENT_VOXELS + i) * 3u;
-    vec3 position = (v.position_ws - tree.cascade[c].xyz) / tree.cascade[c].w;
-    if (any(lessThan(position, vec3(-0.5))) || any(greaterThan(position, vec3(float(tree.info.y) + 0.5))) || any(isnan(position))) {
+    precise vec3 position = v.position_ws / tree.cascade[c].w;
+    if (!splat_inside(c, position)) {
         voxels[at] = KD_NO_VOXEL;
         return;
     }
-    splat s = splat_at(position);
-    float length2 = dot(v.normal_ws, v.normal_ws);
-    vec3 normal = length2 > 0.0 ? v.normal_ws * (inversesqrt(length2) * length(n)) : vec3(0.0);
+    splat s = splat_at(c, position);
     voxels[at] = splat_pack_cell(s);
     voxels[at + 1u] = splat_pack_fraction(s);
-    voxels[at + 2u] = snorm8_pack(normal);
+    voxels[at + 2u] = rigid_pack_normal(v.normal_ws, length(n));
     mark(c, s);
 }

@@ -21,23 +21,25 @@ static void run(kd_system_context *context)
     kd_gpu *gpu = context->gpu;
     if (!svo->leaves.id)
         return;
-    uint32_t top = kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2;
-    uint32_t pass[8] = {KD_COUNT_LEVEL + top, svo->node_capacity, top * svo->node_capacity, 0,
-                        svo->layer_words,     svo->static_room,   svo->dynamic_room,        0};
+    uint32_t pass[4] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2, svo->layer_words, svo->dynamic_room,
+                        svo->touched_only};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, pass, sizeof pass);
+    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
-    kd_gpu_bind_storage(gpu, 0, svo->lists[svo->current]);
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->masks);
     kd_gpu_bind_storage(gpu, 2, svo->ranks);
-    kd_gpu_bind_storage(gpu, 3, svo->static_cells);
-    kd_gpu_bind_storage(gpu, 4, svo->dynamic_cells);
-    kd_gpu_bind_storage(gpu, 5, svo->counters);
+    kd_gpu_bind_storage(gpu, 3, svo->static_surface);
+    kd_gpu_bind_storage(gpu, 4, svo->static_emission);
+    kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);
     kd_gpu_bind_storage(gpu, 6, svo->leaves);
-    kd_gpu_dispatch_indirect(gpu, state->inject, svo->counters, KD_ARGS_LEAVES * 4);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
+    kd_gpu_dispatch_indirect(gpu, state->inject, svo->counters,
+                             (svo->touched_only ? KD_ARGS_TOUCHED : KD_ARGS_ALL) * 4);
 }
 
 static kd_status init(kd_system_context *context)
@@ -60,25 +62,26 @@ kd_status kd_lighting_import(kd_schedule *s)
     inject_state *state = calloc(1, sizeof *state);
     if (!state)
         return KD_NO_MEMORY;
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "light_inject",
-                                  .phase = KD_PHASE_LIGHT_INJECT,
-                                  .where = KD_ON_GPU,
-                                  .components = {KD_USES(kd_svo), KD_USES(kd_lighting), KD_USES(kd_frame)},
-                                  .resources = {{"svo.levels", KD_USE_STORAGE_READ},
-                                                {"svo.masks", KD_USE_STORAGE_READ},
-                                                {"svo.ranks", KD_USE_STORAGE_READ},
-                                                {"svo.cells", KD_USE_STORAGE_READ},
-                                                {"svo.counters", KD_USE_STORAGE_READ | KD_USE_INDIRECT},
-                                                {"tree.uniform", KD_USE_UNIFORM},
-                                                {"lights.uniform", KD_USE_UNIFORM},
-                                                {"shadow.maps", KD_USE_SAMPLED},
-                                                {"tree.leaves", KD_USE_STORAGE_WRITE}},
-                                  .run_if = kd_frame_needs_voxels,
-                                  .no_commands = true,
-                                  .run = run,
-                                  .init = init,
-                                  .fini = fini,
-                                  .user = state,
-                              });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "light_inject",
+               .phase = KD_PHASE_LIGHT_INJECT,
+               .where = KD_ON_GPU,
+               .components = {KD_USES(kd_svo), KD_USES(kd_lighting), KD_USES(kd_frame)},
+               .resources = {{"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                             {"svo.masks", KD_USE_STORAGE_READ},
+                             {"svo.ranks", KD_USE_STORAGE_READ},
+                             {"svo.cells", KD_USE_STORAGE_READ},
+                             {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_INDIRECT},
+                             {"tree.uniform", KD_USE_UNIFORM},
+                             {"lights.uniform", KD_USE_UNIFORM},
+                             {"shadow.maps", KD_USE_SAMPLED},
+                             {"tree.leaves", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
+               .run_if = kd_frame_needs_voxels,
+               .no_commands = true,
+               .run = run,
+               .init = init,
+               .fini = fini,
+               .user = state,
+           });
 }

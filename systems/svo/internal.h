@@ -7,13 +7,35 @@
 #include "runtime/ecs/system.h"
 #include "runtime/gpu/rank.h"
 
+typedef enum svo_program {
+    SVO_ACCUMULATE,
+    SVO_ACCUMULATE_STATIC,
+    SVO_PACK,
+    SVO_PACK_STATIC,
+    SVO_MERGE,
+    SVO_REDUCE,
+    SVO_DIFF,
+    SVO_VANISH,
+    SVO_COME,
+    SVO_SETTLE,
+    SVO_EMPTY,
+    SVO_TOUCHED,
+    SVO_ARGS,
+    SVO_FILTER_SPARSE,
+    SVO_DENSE_LIST,
+    SVO_FILTER_DENSE,
+    SVO_FILTER_UP,
+    SVO_FILTER_ABOVE,
+    SVO_PROGRAM_COUNT
+} svo_program;
+
 /* Shared by the systems of this folder: programs and what is known of the counts. */
 typedef struct svo_state {
-    kd_gpu_program accumulate, pack, merge, reduce, args, list, list_dense, nodes;
-    kd_gpu_program filter_sparse, filter_dense, filter_up, clear_dense;
+    kd_gpu_program programs[SVO_PROGRAM_COUNT];
     kd_gpu_rank rank;
-    kd_gpu_readback readback;  /* counters of the frames before, without a stall */
-    uint32_t texel_viewed[4];  /* buffers behind kd_tree's texel views */
+    kd_gpu_readback readback; /* counters of the frames before, without a stall */
+    uint32_t texel_viewed[4]; /* buffers behind kd_tree's texel views */
+    bool dynamic_before;      /* there were dynamic voxels in the frame before */
     uint64_t bytes_build;
 } svo_state;
 
@@ -21,19 +43,43 @@ typedef struct svo_state {
 kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_destroy(kd_gpu *gpu, kd_svo *svo);
 
-/** Make room for so many nodes a level. Errors KD_GPU, KD_NO_MEMORY */
+/** Make room for so many nodes a level; nodes, and what is known of them, stay. Errors KD_GPU, KD_NO_MEMORY
+ */
 kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes);
 
-/** Make room for so many cells of a layer. */
-kd_status svo_reserve_cells(kd_gpu *gpu, kd_svo *svo, kd_voxel_layer layer, uint32_t cells);
+/** Make room for the sums of so many cells, and for so many cells of the dynamic layer. */
+kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
+kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
 
 /** Write the uniform block for where the cascades stand now. */
 void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene);
 
 /** Hand what the tracer reads to kd_tree. */
-void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene, kd_tree *tree);
+void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
+                 kd_tree *tree);
 
-/* Filter: shaders/svo/filter_*.comp */
-void svo_filter(kd_gpu *gpu, svo_state *state, const kd_svo *svo);
+static inline uint32_t svo_levels(const kd_svo *svo)
+{
+    return svo->leaf_level - KD_DENSE_LOG2;
+}
+
+/** Write indirect arguments: groups of 64 over `factor` times a counter. */
+void svo_args(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t counter, uint32_t most,
+              uint32_t factor, uint32_t args);
+
+/** Read a counter; waits. */
+uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter);
+
+/* layers.c: cells of each layer */
+void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+void svo_sum_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+void svo_pack_static(kd_gpu *gpu, svo_state *state, const kd_svo *svo);
+
+/* nodes.c: levels above the cells */
+void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+
+/* filter.c: shaders/svo/filter_*.comp */
+void svo_filter(kd_gpu *gpu, const svo_state *state, const kd_svo *svo);
 
 #endif

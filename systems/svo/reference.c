@@ -61,11 +61,19 @@ static uint32_t bit_count(uint32_t v)
 
 /* ---- layers ---- */
 
+uint32_t svo_wrapped_code(uint32_t leaf_level, const int32_t origin[3], const int32_t cell[3])
+{
+    uint32_t mask = (1u << leaf_level) - 1, w[3];
+    for (int k = 0; k < 3; k++)
+        w[k] = (uint32_t)(cell[k] + origin[k]) & mask;
+    return svo_morton(w[0], w[1], w[2]);
+}
+
 typedef void visit_cell(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t weight, const void *user);
 
 /* Visit every cell that a page voxel leaves a mark in. */
-static void visit_voxel(svo_reference *tree, uint32_t layer, uint32_t c, const uint32_t voxel[3],
-                        visit_cell *visit, const void *user)
+static void visit_voxel(svo_reference *tree, const svo_reference_source *source, uint32_t layer, uint32_t c,
+                        const uint32_t voxel[3], visit_cell *visit, const void *user)
 {
     for (uint32_t i = 0; i < 8; i++) {
         int32_t cell[3];
@@ -73,7 +81,7 @@ static void visit_voxel(svo_reference *tree, uint32_t layer, uint32_t c, const u
         svo_splat_cell(voxel, i, cell);
         if (weight < SVO_SPLAT_MIN_WEIGHT || !svo_owned(1u << tree->leaf_level, c, cell))
             continue;
-        uint32_t code = svo_morton((uint32_t)cell[0], (uint32_t)cell[1], (uint32_t)cell[2]);
+        uint32_t code = svo_wrapped_code(tree->leaf_level, source->origin[c], cell);
         visit(tree, layer, (c << (3 * tree->leaf_level)) + code, weight, user);
     }
 }
@@ -133,7 +141,7 @@ static void visit_layer(svo_reference *tree, const svo_reference_source *source,
             if (voxel[0] == KD_NO_VOXEL)
                 continue;
             voxel_attributes a = adding ? load_attributes(source, segment, i, voxel) : (voxel_attributes){0};
-            visit_voxel(tree, layer, segment->chunk_cascade >> 28, voxel, adding ? add : mark, &a);
+            visit_voxel(tree, source, layer, segment->chunk_cascade >> 28, voxel, adding ? add : mark, &a);
         }
     }
 }

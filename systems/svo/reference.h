@@ -1,8 +1,9 @@
 #ifndef KD_SYSTEMS_SVO_REFERENCE_H
 #define KD_SYSTEMS_SVO_REFERENCE_H
 
-/* The order-free build in plain C, from what the transform left in the pages: the same words as shaders/svo
- * make. Tests compare the two; read beside the shaders it says what each buffer holds. */
+/* The order-free build in plain C, from voxels in the world: the same words as shaders/svo make when they
+ * make a whole tree at once. Node numbers are then the ranks of the codes; in a tree that was kept they are
+ * others. Tests compare the two; read beside the shaders it says what each buffer holds. */
 
 #include "components/svo.h"
 #include "components/voxel_scene.h"
@@ -11,12 +12,13 @@
 /* Pages of one layer, as read back. */
 typedef struct svo_reference_layer {
     const struct kd_voxel_segment *segments; /* [slots] */
-    const uint32_t (*voxels)[3];             /* [slots * KD_SEGMENT_VOXELS] cell, fraction, normal */
+    const uint32_t (*voxels)[3]; /* [slots * KD_SEGMENT_VOXELS] page voxels of shaders/shared/voxel.h */
     uint32_t slots;
 } svo_reference_layer;
 
 typedef struct svo_reference_source {
     uint32_t cascades, leaf_level;
+    int32_t origin[KD_MAX_CASCADES][3]; /* low corners in cells from the world's origin */
     svo_reference_layer layers[KD_LAYER_COUNT];
     const struct kd_voxel_object_params *objects;
     const uint32_t (*shape)[2]; /* the cache's words */
@@ -48,6 +50,9 @@ void svo_morton_cell(uint32_t code, uint32_t cell[3]);
 /** Share of 256 and cell of corner i of a page voxel's block, as in shaders/include/splat.glsl. */
 uint32_t svo_splat_weight(const uint32_t voxel[3], uint32_t i);
 void svo_splat_cell(const uint32_t voxel[3], uint32_t i, int32_t cell[3]);
+
+/** Morton code of the wrapped place of a cell of a cascade whose low corner stands at `origin`. */
+uint32_t svo_wrapped_code(uint32_t leaf_level, const int32_t origin[3], const int32_t cell[3]);
 
 /** Tell whether cascade c owns a cell: it is inside, and no finer cascade covers it. */
 bool svo_owned(uint32_t resolution, uint32_t c, const int32_t cell[3]);

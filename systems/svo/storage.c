@@ -1,19 +1,82 @@
 /* Buffers of the octree and their sizes. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "systems/svo/internal.h"
 
-#define ATLAS_WIDTH (6 * KD_DENSE)
-
 static uint32_t atlas_depth(uint32_t cascades)
 {
-    return cascades * KD_DENSE + KD_DENSE / 2;
+    return cascades * 6 * KD_ATLAS_BLOCK + 6 * (KD_DENSE / 2);
 }
 
 static kd_status make_buffer(kd_gpu *gpu, kd_gpu_buffer *out, size_t size, const char *name)
 {
     *out = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = size, .zeroed = true, .name = name});
     return out->id ? KD_OK : KD_GPU;
+}
+
+/* Places of what does not depend on the number of nodes. */
+static void place_cells(kd_svo *svo)
+{
+    struct kd_svo_places *p = &svo->places;
+    uint32_t n = svo->cascades, bits = n * KD_DENSE_WORDS;
+    p->size = (kd_gl_uvec4){0, svo_levels(svo), svo->layer_words, n};
+    p->masks = (kd_gl_uvec4){svo->mask_first[0], svo->mask_first[1], svo->mask_first[2], svo->mask_first[3]};
+    p->changed.x = 0;
+    p->others.x = bits;
+    p->others.y = 2 * bits;
+    p->others.z = 3 * bits;
+    p->list.x = 3 * bits + n * KD_UP_CELLS;
+}
+
+static uint32_t fixed_words(const kd_svo *svo)
+{
+    return svo->places.list.x + svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE;
+}
+
+/* Places of what does; returns the size of the book in words. */
+static uint32_t place_nodes(const kd_svo *svo, struct kd_svo_places *p, uint32_t nodes)
+{
+    uint32_t at = fixed_words(svo), levels = svo_levels(svo);
+    uint32_t *codes = &p->codes.x, *stack = &p->free.x, *list = &p->list.x, *changed = &p->changed.x;
+    p->size.x = nodes;
+    p->others.w = at;
+    at += nodes;
+    for (uint32_t l = 0; l < levels; l++, at += 2 * nodes) {
+        codes[l] = at;
+        stack[l] = at + nodes;
+    }
+    for (uint32_t l = 1; l < levels; l++, at += nodes)
+        list[l] = at;
+    for (uint32_t l = 1; l < levels; l++, at += nodes / 32)
+        changed[l] = at;
+    return at;
+}
+
+static kd_status make_buffers(kd_gpu *gpu, kd_svo *svo, uint32_t level_words)
+{
+    size_t n = svo->cascades, layer = (size_t)svo->layer_words * 4, top = layer / 8;
+    const struct {
+        kd_gpu_buffer *buffer;
+        size_t size;
+        const char *name;
+    } rows[] = {
+        {&svo->uniform, sizeof(struct kd_tree_params), "tree.uniform"},
+        {&svo->masks, 2 * layer, "svo.masks"},
+        {&svo->ranks, layer, "svo.ranks"},
+        {&svo->fresh, 2 * layer, "svo.fresh"},
+        {&svo->level_masks[0], (size_t)level_words * 4, "svo.level_masks"},
+        {&svo->level_masks[1], (size_t)level_words * 4, "svo.level_masks"},
+        {&svo->touched, 2 * top, "svo.touched"},
+        {&svo->diff, top, "svo.diff"},
+        {&svo->diff_ranks, top, "svo.diff_ranks"},
+        {&svo->counters, KD_COUNT_WORDS * 4, "svo.counters"},
+        {&svo->index, n * KD_DENSE * KD_DENSE * KD_DENSE * 4, "tree.index"},
+    };
+    kd_status status = KD_OK;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows && !status; i++)
+        status = make_buffer(gpu, rows[i].buffer, rows[i].size, rows[i].name);
+    return status;
 }
 
 kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
@@ -27,106 +90,183 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
         svo->mask_words[level - KD_DENSE_LOG2] = n << (3 * level - 5);
         first += n << (3 * level - 5);
     }
-    uint32_t dense_words = 1u << (3 * KD_DENSE_LOG2 - 5);
+    place_cells(svo);
     svo->atlas = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.kind = KD_TEXTURE_3D,
                                                                  .format = KD_RGBA16F,
-                                                                 .width = ATLAS_WIDTH,
+                                                                 .width = KD_DENSE,
                                                                  .height = KD_DENSE,
                                                                  .depth = atlas_depth(n),
                                                                  .filter = KD_LINEAR,
+                                                                 .wrap_s = KD_REPEAT,
+                                                                 .wrap_t = KD_REPEAT,
                                                                  .name = "tree.radiance"});
     if (!svo->atlas.id)
         return KD_GPU;
     kd_gpu_clear_texture(gpu, svo->atlas, 0, NULL);
-    kd_status status = make_buffer(gpu, &svo->uniform, sizeof(struct kd_tree_params), "tree.uniform");
-    size_t was = (size_t)(n - 1) * 32768 + 37449;
+    kd_status status = make_buffers(gpu, svo, first);
+    if (status)
+        return status;
+    kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);
+    status = svo_reserve_nodes(gpu, svo, 4096);
     if (!status)
-        status = make_buffer(gpu, &svo->masks, (size_t)svo->layer_words * 8, "svo.masks");
-    if (!status)
-        status = make_buffer(gpu, &svo->ranks, (size_t)svo->layer_words * 8, "svo.ranks");
-    if (!status)
-        status = make_buffer(gpu, &svo->level_masks, (size_t)first * 4, "svo.level_masks");
-    if (!status)
-        status = make_buffer(gpu, &svo->level_ranks, (size_t)first * 4, "svo.level_ranks");
-    if (!status)
-        status = make_buffer(gpu, &svo->counters, KD_COUNT_WORDS * 4, "svo.counters");
-    if (!status)
-        status = make_buffer(gpu, &svo->index, (size_t)n * KD_DENSE * KD_DENSE * KD_DENSE * 4, "tree.index");
-    if (!status)
-        status =
-            make_buffer(gpu, &svo->occupancy, ((size_t)n * dense_words + dense_words) * 4, "svo.occupancy");
-    if (!status)
-        status = make_buffer(gpu, &svo->was, was * 4, "svo.was");
-    if (!status)
-        status = svo_reserve_nodes(gpu, svo, 4096);
-    if (!status)
-        status = svo_reserve_cells(gpu, svo, KD_LAYER_STATIC, 4096);
-    if (!status)
-        status = svo_reserve_cells(gpu, svo, KD_LAYER_DYNAMIC, 4096);
-    return status;
+        status = svo_reserve_sums(gpu, svo, 4096);
+    return status ? status : svo_reserve_dynamic(gpu, svo, 4096);
 }
 
 void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 {
-    kd_gpu_buffer buffers[] = {svo->uniform,     svo->masks,        svo->ranks,         svo->level_masks,
-                               svo->level_ranks, svo->lists[0],     svo->lists[1],      svo->counters,
-                               svo->sums,        svo->static_cells, svo->dynamic_cells, svo->index,
-                               svo->nodes,       svo->leaves,       svo->data,          svo->occupancy,
-                               svo->was};
+    kd_gpu_buffer buffers[] = {svo->uniform,
+                               svo->masks,
+                               svo->ranks,
+                               svo->fresh,
+                               svo->level_masks[0],
+                               svo->level_masks[1],
+                               svo->touched,
+                               svo->diff,
+                               svo->diff_ranks,
+                               svo->book,
+                               svo->counters,
+                               svo->sums,
+                               svo->static_surface,
+                               svo->static_emission,
+                               svo->dynamic_cells,
+                               svo->index,
+                               svo->nodes,
+                               svo->leaves,
+                               svo->data};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         kd_gpu_destroy_buffer(gpu, buffers[i]);
     kd_gpu_destroy_texture(gpu, svo->atlas);
     memset(svo, 0, sizeof *svo);
 }
 
-kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes)
+/* ---- room for nodes: what is there moves along ---- */
+
+static kd_gpu_buffer grown(kd_gpu *gpu, kd_gpu_buffer old, size_t rows, size_t old_stride, size_t stride,
+                           const char *name)
 {
-    if (nodes <= svo->node_capacity)
-        return KD_OK;
-    size_t levels = svo->leaf_level - KD_DENSE_LOG2;
-    kd_status status = kd_gpu_ensure_buffer(gpu, &svo->leaves, (size_t)nodes * 64, 0, "tree.leaves");
-    size_t inner = levels > 1 ? levels - 1 : 1;
-    if (!status)
-        status = kd_gpu_ensure_buffer(gpu, &svo->nodes, inner * nodes * 32, 0, "tree.nodes");
-    if (!status)
-        status = kd_gpu_ensure_buffer(gpu, &svo->data, inner * nodes * 8, 0, "tree.data");
-    for (int i = 0; i < 2 && !status; i++)
-        status = kd_gpu_ensure_buffer(gpu, &svo->lists[i], levels * nodes * 4,
-                                      levels * svo->node_capacity * 4, "svo.lists");
-    if (!status)
-        svo->node_capacity = nodes;
+    kd_gpu_buffer made = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = rows * stride, .name = name});
+    for (size_t i = 0; i < rows && old_stride && made.id; i++)
+        kd_gpu_copy_buffer(gpu, old, i * old_stride, made, i * stride, old_stride);
+    return made;
+}
+
+/* Free numbers of a level: the new ones lie below those that were free, so that low numbers go first. */
+static kd_status grow_stack(kd_gpu *gpu, const kd_svo *svo, const struct kd_svo_places *p, kd_gpu_buffer book,
+                            uint32_t l)
+{
+    uint32_t old = svo->node_capacity, more = p->size.x - old, was = 0;
+    size_t counter = (size_t)(KD_COUNT_FREE + l) * 4;
+    uint32_t *stack = malloc((size_t)p->size.x * sizeof *stack);
+    if (!stack)
+        return KD_NO_MEMORY;
+    kd_gpu_read_buffer(gpu, svo->counters, counter, &was, sizeof was);
+    for (uint32_t i = 0; i < more; i++)
+        stack[i] = p->size.x - 1 - i;
+    if (was)
+        kd_gpu_read_buffer(gpu, svo->book, (size_t)(&svo->places.free.x)[l] * 4, stack + more,
+                           (size_t)was * sizeof *stack);
+    was += more;
+    kd_gpu_write_buffer(gpu, book, (size_t)(&p->free.x)[l] * 4, stack, (size_t)was * sizeof *stack);
+    kd_gpu_write_buffer(gpu, svo->counters, counter, &was, sizeof was);
+    free(stack);
+    return KD_OK;
+}
+
+static kd_status grow_book(kd_gpu *gpu, const kd_svo *svo, const struct kd_svo_places *p, kd_gpu_buffer book)
+{
+    size_t old = (size_t)svo->node_capacity * 4, fixed = (size_t)fixed_words(svo) * 4;
+    kd_status status = KD_OK;
+    kd_gpu_fill_buffer(gpu, book, 0, kd_gpu_buffer_size(gpu, book), 0);
+    if (old)
+        kd_gpu_copy_buffer(gpu, svo->book, 0, book, 0, fixed);
+    for (uint32_t l = 0; l < svo_levels(svo) && !status; l++) {
+        size_t at = (size_t)(&p->codes.x)[l] * 4;
+        kd_gpu_fill_buffer(gpu, book, at, (size_t)p->size.x * 4, KD_EMPTY);
+        if (old)
+            kd_gpu_copy_buffer(gpu, svo->book, (size_t)(&svo->places.codes.x)[l] * 4, book, at, old);
+        status = grow_stack(gpu, svo, p, book, l);
+    }
     return status;
 }
 
-kd_status svo_reserve_cells(kd_gpu *gpu, kd_svo *svo, kd_voxel_layer layer, uint32_t cells)
+kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes)
 {
-    uint32_t *capacity = layer == KD_LAYER_STATIC ? &svo->static_capacity : &svo->dynamic_capacity;
-    kd_gpu_buffer *buffer = layer == KD_LAYER_STATIC ? &svo->static_cells : &svo->dynamic_cells;
+    nodes = (nodes + 31) / 32 * 32;
+    if (nodes <= svo->node_capacity)
+        return KD_OK;
+    size_t levels = svo_levels(svo), inner = levels > 1 ? levels - 1 : 1, old = svo->node_capacity;
+    struct kd_svo_places places = svo->places;
+    size_t book_bytes = (size_t)place_nodes(svo, &places, nodes) * 4;
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_buffer *held[] = {&svo->leaves, &svo->static_surface, &svo->static_emission,
+                             &svo->nodes,  &svo->data,           &svo->book};
+    kd_gpu_buffer made[] = {
+        grown(gpu, svo->leaves, 1, old * 64, (size_t)nodes * 64, "tree.leaves"),
+        grown(gpu, svo->static_surface, 1, old * 64, (size_t)nodes * 64, "svo.static_surface"),
+        grown(gpu, svo->static_emission, 1, old * 64, (size_t)nodes * 64, "svo.static_emission"),
+        grown(gpu, svo->nodes, inner, old * 32, (size_t)nodes * 32, "tree.nodes"),
+        grown(gpu, svo->data, inner, old * 8, (size_t)nodes * 8, "tree.data"),
+        grown(gpu, svo->book, 1, 0, book_bytes, "svo.book"),
+    };
+    bool all = true;
+    for (size_t i = 0; i < sizeof made / sizeof *made; i++)
+        all = all && made[i].id;
+    kd_status status = all ? grow_book(gpu, svo, &places, made[5]) : KD_GPU;
+    for (size_t i = 0; i < sizeof made / sizeof *made; i++) {
+        kd_gpu_destroy_buffer(gpu, status ? made[i] : *held[i]);
+        if (!status)
+            *held[i] = made[i];
+    }
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    if (status)
+        return status;
+    svo->places = places;
+    svo->node_capacity = nodes;
+    return KD_OK;
+}
+
+static kd_status reserve(kd_gpu *gpu, kd_gpu_buffer *buffer, uint32_t *capacity, uint32_t cells, size_t size,
+                         const char *name)
+{
     if (cells <= *capacity)
         return KD_OK;
-    kd_status status = kd_gpu_ensure_buffer(gpu, buffer, (size_t)cells * 16, 0, "svo.cells");
-    if (!status)
-        status = kd_gpu_ensure_buffer(gpu, &svo->sums, (size_t)cells * KD_SUM_WORDS * 4, 0, "svo.sums");
+    kd_status status = kd_gpu_ensure_buffer(gpu, buffer, cells * size, 0, name);
     if (!status)
         *capacity = cells;
     return status;
+}
+
+kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells)
+{
+    if ((uint64_t)cells * KD_SUM_WORDS * 4 > (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes)
+        return KD_TOO_LARGE;
+    return reserve(gpu, &svo->sums, &svo->sum_capacity, cells, KD_SUM_WORDS * 4, "svo.sums");
+}
+
+kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells)
+{
+    return reserve(gpu, &svo->dynamic_cells, &svo->dynamic_capacity, cells, 16, "svo.dynamic_cells");
 }
 
 void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene)
 {
     float unit = scene->stored_unit > 0 ? scene->stored_unit : 1;
     struct kd_tree_params p = {
-        .info = {svo->cascades, scene->resolution, svo->leaf_level, svo->leaf_level - KD_DENSE_LOG2},
-        .capacity = {svo->node_capacity, svo->node_capacity, svo->dynamic_room, svo->static_room},
+        .info = {svo->cascades, scene->resolution, svo->leaf_level, svo_levels(svo)},
+        .capacity = {svo->node_capacity, svo->dynamic_room, 0, 0},
         .light = {scene->brightest_emission, 1 / unit, unit, 0},
-        .atlas = {1.0f / ATLAS_WIDTH, 1.0f / KD_DENSE, 1.0f / (float)atlas_depth(svo->cascades), 0},
+        .atlas = {1.0f / KD_DENSE, 1.0f / KD_DENSE, 1.0f / (float)atlas_depth(svo->cascades), 0},
     };
     float half = 0.5f * (float)scene->resolution * scene->span[0];
     p.centre = (kd_gl_vec4){scene->origin_ws[0].x + half, scene->origin_ws[0].y + half,
                             scene->origin_ws[0].z + half, 1 / half};
-    for (uint32_t c = 0; c < svo->cascades; c++)
+    for (uint32_t c = 0; c < svo->cascades; c++) {
+        const int32_t *o = scene->origin_cells[c];
         p.cascade[c] =
             (kd_gl_vec4){scene->origin_ws[c].x, scene->origin_ws[c].y, scene->origin_ws[c].z, scene->span[c]};
+        p.origin[c] = (kd_gl_ivec4){o[0], o[1], o[2], 0};
+    }
     p.node_offset = (kd_gl_uvec4){0, 8 * svo->node_capacity, 16 * svo->node_capacity, 0};
     p.data_offset = (kd_gl_uvec4){0, svo->node_capacity, 2 * svo->node_capacity, 0};
     kd_gpu_write_buffer(gpu, svo->uniform, 0, &p, sizeof p);

@@ -1,12 +1,12 @@
-/* Systems of the octree: svo_prepare (room and uniform block), svo_build (order-free build), svo_filter
- * (bottom-up). */
+/* Systems of the octree: svo_prepare (room and uniform block), svo_build (order-free build of what changed),
+ * svo_filter (bottom-up). */
 #include "systems/svo/svo.h"
 
 #include <stdlib.h>
 
 #include "components/frame.h"
 #include "runtime/core/log.h"
-#include "systems/svo/build.h"
+#include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
 
 static void prepare(kd_system_context *context)
@@ -23,35 +23,56 @@ static void prepare(kd_system_context *context)
         svo_write_params(context->gpu, svo, scene);
 }
 
+void svo_args(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t counter, uint32_t most,
+              uint32_t factor, uint32_t args)
+{
+    uint32_t pass[4] = {counter, most, factor, args};
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_dispatch(gpu, state->programs[SVO_ARGS], 1, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
+}
+
+uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter)
+{
+    uint32_t value = 0;
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_read_buffer(gpu, svo->counters, counter * 4, &value, sizeof value);
+    return value;
+}
+
 /* What a cascade has whether or not anything is in it: dense cells in six directions and their index, the
- * bits of both layers' cells and of all levels, and the ranks of these. */
+ * bits of both layers' cells, of new ones and of all levels, and the ranks of these. */
 static uint64_t empty_cascade_bytes(const kd_svo *svo)
 {
     const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE;
-    uint64_t words = 2 * (svo->layer_words / svo->cascades);
-    for (uint32_t l = 0; l < svo->leaf_level - KD_DENSE_LOG2; l++)
-        words += svo->mask_words[l] / svo->cascades;
-    return cells * (6 * 8 + 4) + cells / 8 + words * 2 * 4;
+    uint64_t words =
+        5ull * (svo->layer_words / svo->cascades) + 4ull * (svo->layer_words / svo->cascades / 8);
+    for (uint32_t l = 0; l < svo_levels(svo); l++)
+        words += 2ull * (svo->mask_words[l] / svo->cascades);
+    return cells * (6u * 8 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS) * 4 + cells * 4;
 }
 
-/* Bytes of a node: both lists, its child words or leaves, and below the dense level its filtered data. */
+/* Bytes of a node: number, code and place in lists, its child words or leaves with their static cells, and
+ * below the dense level its filtered data. */
 static uint64_t node_bytes(const kd_svo *svo, uint32_t l)
 {
-    bool leaf_parent = l + 1 == svo->leaf_level - KD_DENSE_LOG2;
-    return 2 * 4 + (leaf_parent ? 8u * 8 : 8u * 4) + (l > 0 ? 8u : 0);
+    bool leaf_parent = l + 1 == svo_levels(svo);
+    return 2 * 4 + (l > 0 ? 8u + 4u : 0u) + (leaf_parent ? 8u * (8 + 16) + 4 : 8u * 4);
 }
 
 static void spread_counts(const kd_svo *svo, const uint32_t *counts, kd_tree *tree)
 {
+    tree->node_count = 0;
     for (uint32_t c = 0; c < svo->cascades; c++) {
         tree->cascade_nodes[c] = 0;
         tree->cascade_bytes[c] = empty_cascade_bytes(svo);
-        for (uint32_t l = 0; l < svo->leaf_level - KD_DENSE_LOG2; l++) {
-            const uint32_t *before = counts + KD_COUNT_BEFORE + 4 * l;
-            uint32_t end = c + 1 < svo->cascades ? before[c + 1] : counts[KD_COUNT_LEVEL + l];
-            tree->cascade_nodes[c] += end - before[c];
-            tree->cascade_bytes[c] += (end - before[c]) * node_bytes(svo, l);
+        for (uint32_t l = 0; l < svo_levels(svo); l++) {
+            uint32_t nodes = counts[KD_COUNT_NODES + 4 * l + c];
+            tree->cascade_nodes[c] += nodes;
+            tree->cascade_bytes[c] += nodes * node_bytes(svo, l);
         }
+        tree->node_count += tree->cascade_nodes[c];
     }
 }
 
@@ -62,13 +83,16 @@ static void follow_counts(kd_gpu *gpu, svo_state *state, kd_svo *svo, kd_tree *t
     const uint32_t *counts;
     size_t size;
     while ((counts = kd_gpu_readback_poll(gpu, state->readback, false, NULL, &size)) != NULL) {
-        uint32_t levels = svo->leaf_level - KD_DENSE_LOG2;
         tree->leaf_cells = counts[KD_COUNT_STATIC] + counts[KD_COUNT_DYNAMIC];
-        tree->node_count = 0;
-        for (uint32_t l = 0; l < levels; l++)
-            tree->node_count += counts[KD_COUNT_LEVEL + l];
         spread_counts(svo, counts, tree);
     }
+}
+
+/* What nothing static has gone stale in, and nothing moves in or did, is the tree of the frame before. */
+static bool has_changed(const svo_state *state, const kd_voxel_scene *scene)
+{
+    return scene->static_changed || state->dynamic_before ||
+           scene->pages[KD_LAYER_DYNAMIC].segment_count > 0 || scene->one_layer;
 }
 
 static void build(kd_system_context *context)
@@ -82,10 +106,19 @@ static void build(kd_system_context *context)
         return;
     state->bytes_build = 0;
     follow_counts(gpu, state, svo, tree);
-    if (scene->static_changed)
-        build_layer(gpu, state, svo, scene, KD_LAYER_STATIC);
-    build_layer(gpu, state, svo, scene, KD_LAYER_DYNAMIC);
-    build_tree(gpu, state, svo, scene);
+    svo_begin_nodes(gpu, state, svo, scene);
+    if (has_changed(state, scene)) {
+        kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
+        svo_build_dynamic(gpu, state, svo, scene);
+        if (scene->static_changed)
+            svo_sum_static(gpu, state, svo, scene);
+        svo_build_nodes(gpu, state, svo, scene);
+        if (scene->static_changed)
+            svo_pack_static(gpu, state, svo);
+    } else {
+        svo_args(gpu, state, svo, KD_COUNT_TOUCHED, 0, 0, KD_ARGS_TOUCHED);
+    }
+    state->dynamic_before = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_readback_buffer(gpu, state->readback, svo->counters, 0, KD_COUNT_WORDS * 4, 0);
     svo_publish(gpu, state, svo, scene, tree);
@@ -104,34 +137,39 @@ static void filter(kd_system_context *context)
         svo_filter(context->gpu, context->user, svo);
 }
 
-static kd_gpu_program program(kd_gpu *gpu, const char *path, const char *const *defines)
-{
-    return kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = path, .defines = defines});
-}
+static const char *const program_paths[SVO_PROGRAM_COUNT] = {
+    [SVO_ACCUMULATE] = "shaders/svo/accumulate.comp",
+    [SVO_ACCUMULATE_STATIC] = "shaders/svo/accumulate_static.comp",
+    [SVO_PACK] = "shaders/svo/pack.comp",
+    [SVO_PACK_STATIC] = "shaders/svo/pack_static.comp",
+    [SVO_MERGE] = "shaders/svo/merge.comp",
+    [SVO_REDUCE] = "shaders/svo/reduce.comp",
+    [SVO_DIFF] = "shaders/svo/diff.comp",
+    [SVO_VANISH] = "shaders/svo/vanish.comp",
+    [SVO_COME] = "shaders/svo/come.comp",
+    [SVO_SETTLE] = "shaders/svo/settle.comp",
+    [SVO_EMPTY] = "shaders/svo/empty.comp",
+    [SVO_TOUCHED] = "shaders/svo/touched.comp",
+    [SVO_ARGS] = "shaders/svo/args.comp",
+    [SVO_FILTER_SPARSE] = "shaders/svo/filter_sparse.comp",
+    [SVO_DENSE_LIST] = "shaders/svo/dense_list.comp",
+    [SVO_FILTER_DENSE] = "shaders/svo/filter_dense.comp",
+    [SVO_FILTER_UP] = "shaders/svo/filter_up.comp",
+    [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
+};
 
 static kd_status init(kd_system_context *context)
 {
     svo_state *s = context->user;
     kd_gpu *gpu = context->gpu;
-    const char *dense[] = {"KD_DENSE_LEVEL 1", NULL};
-    s->accumulate = program(gpu, "shaders/svo/accumulate.comp", NULL);
-    s->pack = program(gpu, "shaders/svo/pack.comp", NULL);
-    s->merge = program(gpu, "shaders/svo/merge.comp", NULL);
-    s->reduce = program(gpu, "shaders/svo/reduce.comp", NULL);
-    s->args = program(gpu, "shaders/svo/args.comp", NULL);
-    s->list = program(gpu, "shaders/svo/list.comp", NULL);
-    s->list_dense = program(gpu, "shaders/svo/list.comp", dense);
-    s->nodes = program(gpu, "shaders/svo/nodes.comp", NULL);
-    s->filter_sparse = program(gpu, "shaders/svo/filter_sparse.comp", NULL);
-    s->filter_dense = program(gpu, "shaders/svo/filter_dense.comp", NULL);
-    s->filter_up = program(gpu, "shaders/svo/filter_up.comp", NULL);
-    s->clear_dense = program(gpu, "shaders/svo/clear_dense.comp", NULL);
+    bool all = true;
+    for (int i = 0; i < SVO_PROGRAM_COUNT; i++) {
+        s->programs[i] = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = program_paths[i]});
+        all = all && s->programs[i].id;
+    }
     s->readback = kd_gpu_make_readback(gpu, KD_COUNT_WORDS * 4, 4, "svo.counters");
     kd_status status = kd_gpu_rank_init(gpu, &s->rank);
-    bool all = s->accumulate.id && s->pack.id && s->merge.id && s->reduce.id && s->args.id && s->list.id &&
-               s->list_dense.id && s->nodes.id && s->filter_sparse.id && s->filter_dense.id &&
-               s->filter_up.id && s->clear_dense.id && s->readback.id;
-    return all ? status : KD_GPU;
+    return all && s->readback.id ? status : KD_GPU;
 }
 
 static void fini(kd_system_context *context)
@@ -139,11 +177,8 @@ static void fini(kd_system_context *context)
     svo_state *s = context->user;
     kd_gpu *gpu = context->gpu;
     kd_tree *tree = kd_singleton(context->world, kd_tree);
-    kd_gpu_program programs[] = {s->accumulate,    s->pack,         s->merge,      s->reduce,
-                                 s->args,          s->list,         s->list_dense, s->nodes,
-                                 s->filter_sparse, s->filter_dense, s->filter_up,  s->clear_dense};
-    for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
-        kd_gpu_destroy_program(gpu, programs[i]);
+    for (int i = 0; i < SVO_PROGRAM_COUNT; i++)
+        kd_gpu_destroy_program(gpu, s->programs[i]);
     kd_gpu_texture views[] = {tree->index, tree->nodes, tree->leaves, tree->data};
     for (size_t i = 0; i < sizeof views / sizeof *views; i++)
         kd_gpu_destroy_texture(gpu, views[i]);
@@ -183,15 +218,24 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                               KD_USES(kd_frame)},
                .resources = {{"voxels.pages", KD_USE_STORAGE_READ},
                              {"voxels.objects", KD_USE_STORAGE_READ},
+                             {"voxels.chunks", KD_USE_STORAGE_READ},
                              {"voxels.cache", KD_USE_STORAGE_READ},
+                             {"voxels.stale", KD_USE_STORAGE_READ | KD_USE_INDIRECT | KD_USE_COPY_READ},
                              {"tree.uniform", KD_USE_UNIFORM | KD_USE_COPY_WRITE},
-                             {"svo.masks", KD_USE_STORAGE_READ},
+                             {"svo.masks", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                             {"svo.fresh", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
                              {"svo.ranks", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ},
-                             {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ},
-                             {"svo.levels", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ},
+                             {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
+                                               KD_USE_COPY_WRITE},
+                             {"svo.levels", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},
+                             {"svo.book", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
+                                              KD_USE_COPY_WRITE},
                              {"svo.counters", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_INDIRECT |
                                                   KD_USE_COPY_READ | KD_USE_COPY_WRITE},
-                             {"tree.nodes", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
+                             {"tree.nodes", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_READ |
+                                                KD_USE_COPY_WRITE},
+                             {"tree.leaves", KD_USE_COPY_READ | KD_USE_COPY_WRITE},
+                             {"tree.data", KD_USE_COPY_READ | KD_USE_COPY_WRITE}},
                .run_if = kd_frame_needs_voxels,
                .no_commands = true,
                .run = build,
@@ -202,24 +246,25 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
 
 static kd_status add_filter(kd_schedule *s, svo_state *state)
 {
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "svo_filter",
-                                  .phase = KD_PHASE_SVO_FILTER,
-                                  .where = KD_ON_GPU,
-                                  .components = {KD_USES(kd_svo), KD_USES(kd_frame)},
-                                  .resources = {{"svo.levels", KD_USE_STORAGE_READ | KD_USE_COPY_READ},
-                                                {"svo.counters", KD_USE_STORAGE_READ | KD_USE_INDIRECT},
-                                                {"tree.nodes", KD_USE_STORAGE_READ},
-                                                {"tree.leaves", KD_USE_STORAGE_READ},
-                                                {"tree.data", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                                                {"svo.occupancy", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE |
-                                                                      KD_USE_COPY_WRITE},
-                                                {"tree.radiance", KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE}},
-                                  .run_if = kd_frame_needs_voxels,
-                                  .no_commands = true,
-                                  .run = filter,
-                                  .user = state,
-                              });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "svo_filter",
+               .phase = KD_PHASE_SVO_FILTER,
+               .where = KD_ON_GPU,
+               .components = {KD_USES(kd_svo), KD_USES(kd_frame)},
+               .resources = {{"svo.levels", KD_USE_STORAGE_READ},
+                             {"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                             {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_INDIRECT},
+                             {"tree.uniform", KD_USE_UNIFORM},
+                             {"tree.nodes", KD_USE_STORAGE_READ},
+                             {"tree.leaves", KD_USE_STORAGE_READ},
+                             {"tree.data", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                             {"tree.radiance", KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE}},
+               .run_if = kd_frame_needs_voxels,
+               .no_commands = true,
+               .run = filter,
+               .user = state,
+           });
 }
 
 kd_status kd_svo_import(kd_schedule *s)

@@ -14,6 +14,7 @@
 #include "runtime/core/log.h"
 #include "systems/voxel_pages/objects.h"
 #include "systems/voxel_pages/placement.h"
+#include "systems/voxel_pages/stale.h"
 
 typedef struct segment_request {
     struct kd_voxel_segment segment;
@@ -29,13 +30,14 @@ typedef struct list {
 typedef struct layer_pages {
     kd_gpu_buffer slots; /* slot of every segment id */
     uint32_t id_count;
-    list in, out;  /* segment_request, uint32_t ids */
-    list free_ids; /* ids to use again */
+    list in, out;          /* segment_request, uint32_t ids */
+    list free_ids;         /* ids to use again */
     uint32_t spare_frames; /* in a row in which more than half of the pages were spare */
 } layer_pages;
 
 typedef struct pages_state {
-    kd_gpu_program allocate, free;
+    kd_gpu_program allocate, free, bounds;
+    stale_parts stale;
     kd_gpu_buffer requests;
     layer_pages layers[KD_LAYER_COUNT];
     list ids; /* ids of an object's segments: kd_voxel_object.first_segment points here */
@@ -129,21 +131,45 @@ static bool stands_in(const kd_voxel_scene *scene, const kd_voxel_object *o, uin
     return (o->cascades >> c & 1u) && placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws);
 }
 
+/* Static objects that leave cascade c while its region stays leave a stale place behind, and so do those that
+ * come to where the region was before. What comes and goes by the cascades' move alone is in what that made
+ * stale. */
+static void note_stale(pages_state *state, const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c,
+                       bool comes)
+{
+    if (layer_of(scene, o) == KD_LAYER_STATIC &&
+        (comes ? placement_included(scene, c, o->placed_min_ws, o->placed_max_ws)
+               : placement_includes(scene, c, o->placed_min_ws, o->placed_max_ws)))
+        stale_add(&state->stale, scene, c, o->placed_min_ws, o->placed_max_ws);
+}
+
 static void update_object(pages_state *state, kd_voxel_scene *scene, uint32_t index)
 {
     kd_voxel_object *o = &scene->objects[index];
     bool leave_all = !o->seen || o->becomes_dynamic || o->recache;
     for (uint32_t c = 0; c < scene->cascade_count; c++) {
         bool want = o->seen && o->caches[c] && stands_in(scene, o, c);
-        if (o->segment_count[c] && (leave_all || !want))
+        bool is_in = o->segment_count[c] || (o->repaged >> c & 1u);
+        if (!is_in || !(leave_all || !want))
+            continue;
+        if (o->segment_count[c])
             exclude(state, scene, o, c);
+        note_stale(state, scene, o, c, false);
+        o->repaged &= ~(1u << c);
     }
     if (o->becomes_dynamic)
         o->dynamic = true;
     o->becomes_dynamic = o->recache = false;
-    for (uint32_t c = 0; c < scene->cascade_count; c++)
-        if (o->seen && !o->segment_count[c] && stands_in(scene, o, c))
-            include(state, scene, index, c);
+    for (uint32_t c = 0; c < scene->cascade_count; c++) {
+        if (!o->seen || o->segment_count[c] || !stands_in(scene, o, c))
+            continue;
+        include(state, scene, index, c);
+        o->placed_min_ws = o->bounds_min_ws;
+        o->placed_max_ws = o->bounds_max_ws;
+        if (o->segment_count[c] && !(o->repaged >> c & 1u))
+            note_stale(state, scene, o, c, true);
+    }
+    o->repaged = 0;
 }
 
 /* Frames for which spare pages are kept. */
@@ -154,8 +180,8 @@ static uint32_t pages_needed(const kd_voxel_pages *pages)
     return (pages->segment_count + KD_PAGE_SEGMENTS - 1) / KD_PAGE_SEGMENTS;
 }
 
-/* When most pages have been spare for a while, all segments of the layer leave, its buffers go, and what stands in the
- * cascades comes in again, into pages enough for it. */
+/* When most pages have been spare for a while, all segments of the layer leave, its buffers go, and what
+ * stands in the cascades comes in again, into pages enough for it. */
 static void shrink_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene, uint32_t l)
 {
     layer_pages *layer = &state->layers[l];
@@ -167,10 +193,13 @@ static void shrink_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene,
     for (uint32_t i = 0; i < scene->object_count; i++) {
         kd_voxel_object *o = &scene->objects[i];
         for (uint32_t c = 0; o->alive && layer_of(scene, o) == l && c < scene->cascade_count; c++)
-            if (o->segment_count[c])
+            if (o->segment_count[c]) {
                 exclude(state, scene, o, c);
+                o->repaged |= 1u << c;
+            }
     }
-    kd_gpu_buffer *buffers[] = {&pages->segments, &pages->stacks, &pages->voxels, &layer->slots};
+    kd_gpu_buffer *buffers[] = {&pages->segments, &pages->stacks, &pages->voxels, &pages->bounds,
+                                &layer->slots};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
         kd_gpu_destroy_buffer(gpu, *buffers[i]);
         *buffers[i] = (kd_gpu_buffer){0};
@@ -214,7 +243,7 @@ static bool ensure_stream(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const
     return buffer->id != 0;
 }
 
-static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages)
+static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages, bool dynamic)
 {
     uint32_t need = pages_needed(pages);
     if (need <= pages->page_count)
@@ -225,9 +254,12 @@ static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages)
         kd_gpu_ensure_buffer(gpu, &pages->segments, count * segments, before * segments, "voxels.segments");
     if (!status)
         status = kd_gpu_ensure_buffer(gpu, &pages->stacks, count * stack, before * stack, "voxels.stacks");
-    if (!status)
+    size_t bounds = (size_t)KD_PAGE_SEGMENTS * KD_SEGMENT_GROUPS * 8;
+    if (!status && dynamic)
         status =
             kd_gpu_ensure_buffer(gpu, &pages->voxels, (size_t)count * KD_PAGE_VOXELS * 12, 0, "voxels.pages");
+    else if (!status)
+        status = kd_gpu_ensure_buffer(gpu, &pages->bounds, count * bounds, before * bounds, "voxels.bounds");
     if (status)
         return status;
     kd_gpu_fill_buffer(gpu, pages->segments, before * segments, (count - before) * segments, 0);
@@ -257,6 +289,20 @@ static void dispatch_list(kd_gpu *gpu, pages_state *state, kd_gpu_program progra
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
 }
 
+/* Boxes of the groups of voxels in the segments that were just allocated. */
+static void bound_groups(kd_gpu *gpu, const pages_state *state, const kd_voxel_scene *scene,
+                         const layer_pages *layer)
+{
+    uint32_t pass[4] = {layer->in.count, 0, 0, 0};
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, state->requests);
+    kd_gpu_bind_storage(gpu, 1, layer->slots);
+    kd_gpu_bind_storage(gpu, 2, scene->cache_shape);
+    kd_gpu_bind_storage(gpu, 3, scene->pages[KD_LAYER_STATIC].bounds);
+    kd_gpu_dispatch_linear(gpu, state->bounds, (layer->in.count * KD_SEGMENT_GROUPS + 63) / 64);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
 static void update_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene, uint32_t l)
 {
     layer_pages *layer = &state->layers[l];
@@ -264,7 +310,7 @@ static void update_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene,
     dispatch_list(gpu, state, state->free, layer, pages, &layer->out, 4);
     if (layer->in.count) {
         size_t have = layer->slots.id ? kd_gpu_buffer_size(gpu, layer->slots) : 0;
-        kd_status status = make_pages(gpu, pages);
+        kd_status status = make_pages(gpu, pages, l == KD_LAYER_DYNAMIC);
         if (!status && have < (size_t)layer->id_count * 4)
             status =
                 kd_gpu_ensure_buffer(gpu, &layer->slots, (size_t)layer->id_count * 8, have, "voxels.slots");
@@ -273,6 +319,8 @@ static void update_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene,
                    kd_status_text(status));
         else
             dispatch_list(gpu, state, state->allocate, layer, pages, &layer->in, sizeof(segment_request));
+        if (!status && l == KD_LAYER_STATIC)
+            bound_groups(gpu, state, scene, layer);
     }
     layer->in.count = layer->out.count = 0;
 }
@@ -331,8 +379,8 @@ static void fill_params(const kd_scene_store *store, const kd_voxel_scene *scene
     p->emission = (kd_gl_vec4){e.x * scale, e.y * scale, e.z * scale, 0};
 }
 
-/* The parameters from the first to the last that changed go up: 128 bytes an object. A changed emission of a static object
- * rebuilds its layer. */
+/* The parameters from the first to the last that changed go up: 128 bytes an object. Where a static object's
+ * emission changed its place is stale. */
 static void upload_params(kd_gpu *gpu, pages_state *state, const kd_scene_store *store, kd_voxel_scene *scene)
 {
     uint32_t n = scene->object_count;
@@ -358,14 +406,16 @@ static void upload_params(kd_gpu *gpu, pages_state *state, const kd_scene_store 
             continue;
         first = i < first ? i : first;
         end = i + 1;
-        if (!scene->objects[i].dynamic &&
-            memcmp(&before.emission, &state->params[i].emission, sizeof before.emission) != 0)
-            scene->static_changed = true;
+        if (memcmp(&before.emission, &state->params[i].emission, sizeof before.emission) != 0)
+            for (uint32_t c = 0; c < scene->cascade_count; c++)
+                if (scene->objects[i].segment_count[c])
+                    note_stale(state, scene, &scene->objects[i], c, false);
     }
     if (made)
         first = 0, end = n;
     if (first < end)
-        kd_gpu_write_buffer(gpu, scene->object_params, first * size, state->params + first, (end - first) * size);
+        kd_gpu_write_buffer(gpu, scene->object_params, first * size, state->params + first,
+                            (end - first) * size);
 }
 
 static void run(kd_system_context *context)
@@ -377,6 +427,10 @@ static void run(kd_system_context *context)
         scene->pages[l].changed = false;
     for (uint32_t l = 0; l < KD_LAYER_COUNT; l++)
         shrink_layer(context->gpu, state, scene, l);
+    if (stale_begin(&state->stale, scene) != KD_OK) {
+        kd_log(KD_LOG_WARNING, "out of memory for the static voxels; indirect light stays as it is");
+        return;
+    }
     for (uint32_t i = 0; i < scene->object_count; i++) {
         if (!scene->objects[i].alive)
             continue;
@@ -387,12 +441,15 @@ static void run(kd_system_context *context)
     float before = scene->brightest_emission;
     scene->brightest_emission = brightest(store, scene);
     scene->stored_unit = stored_unit(state->lights, scene->brightest_emission);
-    scene->static_changed =
-        scene->moved || scene->pages[KD_LAYER_STATIC].changed || before != scene->brightest_emission;
+    if (before != scene->brightest_emission)
+        stale_add_all(&state->stale, scene);
     upload_params(context->gpu, state, store, scene);
     for (uint32_t l = 0; l < KD_LAYER_COUNT; l++)
         update_layer(context->gpu, state, scene, l);
     compact_ids(state, scene);
+    if (stale_upload(&state->stale, context->gpu, scene) != KD_OK)
+        kd_log(KD_LOG_WARNING, "voxel pages: no memory for what is stale; indirect light stays as it is");
+    scene->placed = true;
 }
 
 static kd_status init(kd_system_context *context)
@@ -406,7 +463,9 @@ static kd_status init(kd_system_context *context)
         context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/allocate.comp"});
     state->free =
         kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/free.comp"});
-    return state->allocate.id && state->free.id ? KD_OK : KD_GPU;
+    state->bounds = kd_gpu_make_program(context->gpu,
+                                        &(kd_gpu_program_desc){.compute = "shaders/voxel_pages/bounds.comp"});
+    return state->allocate.id && state->free.id && state->bounds.id ? KD_OK : KD_GPU;
 }
 
 static void fini(kd_system_context *context)
@@ -416,6 +475,11 @@ static void fini(kd_system_context *context)
     kd_query_destroy(state->lights);
     kd_gpu_destroy_program(context->gpu, state->allocate);
     kd_gpu_destroy_program(context->gpu, state->free);
+    kd_gpu_destroy_program(context->gpu, state->bounds);
+    kd_gpu_buffer stale[] = {scene->stale_bricks, scene->stale_boxes, scene->stale_groups};
+    for (size_t i = 0; i < sizeof stale / sizeof *stale; i++)
+        kd_gpu_destroy_buffer(context->gpu, stale[i]);
+    stale_fini(&state->stale);
     kd_gpu_destroy_buffer(context->gpu, state->requests);
     kd_gpu_destroy_buffer(context->gpu, scene->object_params);
     for (uint32_t l = 0; l < KD_LAYER_COUNT; l++) {
@@ -424,6 +488,7 @@ static void fini(kd_system_context *context)
         kd_gpu_destroy_buffer(context->gpu, scene->pages[l].segments);
         kd_gpu_destroy_buffer(context->gpu, scene->pages[l].stacks);
         kd_gpu_destroy_buffer(context->gpu, scene->pages[l].voxels);
+        kd_gpu_destroy_buffer(context->gpu, scene->pages[l].bounds);
         scene->pages[l] = (kd_voxel_pages){0};
         free(layer->in.items);
         free(layer->out.items);
@@ -447,6 +512,8 @@ kd_status kd_voxel_pages_import(kd_schedule *s)
                .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame),
                               KD_USES(kd_light)},
                .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
+                             {"voxels.cache", KD_USE_STORAGE_READ},
+                             {"voxels.stale", KD_USE_COPY_WRITE},
                              {"voxels.objects", KD_USE_COPY_WRITE}},
                .run_if = kd_frame_needs_voxels,
                .no_commands = true,

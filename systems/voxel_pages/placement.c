@@ -1,6 +1,7 @@
 #include "systems/voxel_pages/placement.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Where the finest cascade's centre goes on one axis: towards the focus, but without looking past the scene's
  * ends. */
@@ -18,6 +19,7 @@ void placement_update(kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 bounds_min, 
     float snap = scene->span[outer] * (float)(scene->resolution / KD_DENSE);
     const float *f = &focus.x, *low = &bounds_min.x, *high = &bounds_max.x;
     bool moved = false;
+    memcpy(scene->previous_cells, scene->origin_cells, sizeof scene->previous_cells);
     for (int k = 0; k < 3; k++) {
         float centre = centre_on_axis(f[k], low[k], high[k], half);
         float snapped = floorf(centre / snap + 0.5f) * snap;
@@ -28,6 +30,7 @@ void placement_update(kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 bounds_min, 
             float value = cells * scene->span[c];
             moved |= value != *origin;
             *origin = value;
+            scene->origin_cells[c][k] = (int32_t)cells;
         }
     }
     scene->moved = moved;
@@ -46,12 +49,27 @@ static bool outside(kd_vec3 low, kd_vec3 high, kd_vec3 box_low, float edge)
            low.y > box_low.y + edge || low.z > box_low.z + edge;
 }
 
-bool placement_includes(const kd_voxel_scene *scene, uint32_t c, kd_vec3 low, kd_vec3 high)
+/* Whether a box takes part in cascade c while the cascades stand at `origins`. */
+static bool takes_part(const kd_voxel_scene *scene, const kd_vec3 *origins, uint32_t c, kd_vec3 low,
+                       kd_vec3 high)
 {
     float resolution = (float)scene->resolution, margin = 2 * scene->span[c];
     kd_vec3 grown = {margin, margin, margin};
-    if (outside(kd_vec3_sub(low, grown), kd_vec3_add(high, grown), scene->origin_ws[c],
-                resolution * scene->span[c]))
+    if (outside(kd_vec3_sub(low, grown), kd_vec3_add(high, grown), origins[c], resolution * scene->span[c]))
         return false;
-    return c == 0 || !inside(low, high, scene->origin_ws[c - 1], resolution * scene->span[c - 1], margin);
+    return c == 0 || !inside(low, high, origins[c - 1], resolution * scene->span[c - 1], margin);
+}
+
+bool placement_includes(const kd_voxel_scene *scene, uint32_t c, kd_vec3 low, kd_vec3 high)
+{
+    return takes_part(scene, scene->origin_ws, c, low, high);
+}
+
+bool placement_included(const kd_voxel_scene *scene, uint32_t c, kd_vec3 low, kd_vec3 high)
+{
+    kd_vec3 origins[KD_MAX_CASCADES];
+    for (uint32_t i = 0; i < scene->cascade_count; i++)
+        for (int k = 0; k < 3; k++)
+            (&origins[i].x)[k] = (float)scene->previous_cells[i][k] * scene->span[i];
+    return scene->placed && takes_part(scene, origins, c, low, high);
 }

@@ -1,5 +1,6 @@
-/* System voxel_transform: brings the voxels in the pages to the world and marks the cells that they cover.
- * The dynamic layer goes every frame, the static one only when its members changed or the cascades moved. */
+/* System voxel_transform: marks the cells that voxels cover. The dynamic layer goes every frame, its voxels
+ * are brought to the world and kept in the pages for the sums. Of the static layer only what lies in stale
+ * parts goes: groups of voxels are culled against these, and those left mark the cells of stale bricks. */
 #include "systems/voxel_transform/voxel_transform.h"
 
 #include <stdlib.h>
@@ -15,7 +16,7 @@
 enum { GROUP = 128 };
 
 typedef struct transform_state {
-    kd_gpu_program program[KD_LAYER_COUNT];   /* the static layer is rigid */
+    kd_gpu_program dynamic, cull, cull_args, mark_static;
     kd_gpu_texture joints, geometry, indices; /* texel buffer views */
     uint32_t viewed[3];                       /* the buffers they were made of */
     kd_gpu_buffer none;
@@ -53,41 +54,91 @@ static void bind_deforming(kd_system_context *context, transform_state *state)
                         view_of(gpu, state, &state->indices, &state->viewed[2], store->indices, KD_R32UI));
 }
 
-static void transform_layer(kd_system_context *context, transform_state *state, const kd_voxel_scene *scene,
-                            const kd_svo *svo, kd_voxel_layer layer)
+static void transform_dynamic(kd_system_context *context, transform_state *state, const kd_voxel_scene *scene,
+                              const kd_svo *svo)
 {
     kd_gpu *gpu = context->gpu;
-    const kd_voxel_pages *pages = &scene->pages[layer];
-    size_t mask_bytes = (size_t)svo->layer_words * 4, first = layer * mask_bytes;
-    kd_gpu_fill_buffer(gpu, svo->masks, first, mask_bytes, 0);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    if (!pages->segment_count)
-        return;
+    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
+    size_t mask_bytes = (size_t)svo->layer_words * 4;
     uint32_t slots = pages->page_count * KD_PAGE_SEGMENTS, pass[4] = {slots, 0, 0, 0};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     kd_gpu_bind_storage(gpu, 0, pages->segments);
     kd_gpu_bind_storage(gpu, 1, scene->object_params);
     kd_gpu_bind_storage(gpu, 2, scene->chunk_params);
     kd_gpu_bind_storage(gpu, 3, scene->cache_shape);
     kd_gpu_bind_storage(gpu, 4, or_none(state, scene->cache_binding));
     kd_gpu_bind_storage(gpu, 5, pages->voxels);
-    kd_gpu_bind_storage_range(gpu, 6, svo->masks, first, mask_bytes);
-    if (layer == KD_LAYER_DYNAMIC)
-        bind_deforming(context, state);
-    kd_gpu_dispatch(gpu, state->program[layer], KD_SEGMENT_VOXELS / GROUP, slots, 1);
+    kd_gpu_bind_storage_range(gpu, 6, svo->masks, mask_bytes, mask_bytes);
+    bind_deforming(context, state);
+    kd_gpu_dispatch(gpu, state->dynamic, KD_SEGMENT_VOXELS / GROUP, slots, 1);
     state->bytes += pages->voxel_count * (8 + 12 + 4);
+}
+
+static void bind_static(kd_gpu *gpu, const kd_voxel_scene *scene)
+{
+    kd_gpu_bind_storage(gpu, 0, scene->stale_groups);
+    kd_gpu_bind_storage(gpu, 1, scene->pages[KD_LAYER_STATIC].segments);
+    kd_gpu_bind_storage(gpu, 2, scene->object_params);
+    kd_gpu_bind_storage(gpu, 3, scene->chunk_params);
+    kd_gpu_bind_storage(gpu, 4, scene->cache_shape);
+}
+
+/* List the groups of static voxels that may lie in stale parts. */
+static kd_status cull_static(kd_gpu *gpu, const transform_state *state, kd_voxel_scene *scene)
+{
+    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_STATIC];
+    uint32_t slots = pages->page_count * KD_PAGE_SEGMENTS, groups = slots * KD_SEGMENT_GROUPS;
+    kd_status status =
+        kd_gpu_ensure_buffer(gpu, &scene->stale_groups, 16 + (size_t)groups * 4, 0, "voxels.stale_groups");
+    if (status)
+        return status;
+    uint32_t pass[4] = {slots, scene->stale_box_count, 0, 0};
+    kd_gpu_fill_buffer(gpu, scene->stale_groups, 0, 16, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    bind_static(gpu, scene);
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 5, pages->bounds);
+    kd_gpu_bind_storage(gpu, 6, scene->stale_boxes);
+    kd_gpu_dispatch_linear(gpu, state->cull, (groups + 63) / 64);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_dispatch(gpu, state->cull_args, 1, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
+    return KD_OK;
+}
+
+static void mark_static(kd_gpu *gpu, const transform_state *state, kd_voxel_scene *scene, const kd_svo *svo)
+{
+    size_t mask_bytes = (size_t)svo->layer_words * 4;
+    kd_gpu_fill_buffer(gpu, svo->fresh, 0, mask_bytes, 0);
+    if (!scene->pages[KD_LAYER_STATIC].segment_count)
+        return;
+    if (cull_static(gpu, state, scene) != KD_OK) {
+        kd_log(KD_LOG_WARNING, "voxel transform: no memory to list static voxels; some are left out");
+        return;
+    }
+    bind_static(gpu, scene);
+    kd_gpu_bind_storage(gpu, 5, scene->stale_bricks);
+    kd_gpu_bind_storage_range(gpu, 6, svo->fresh, 0, mask_bytes);
+    kd_gpu_dispatch_indirect(gpu, state->mark_static, scene->stale_groups, 0);
 }
 
 static void run(kd_system_context *context)
 {
     transform_state *state = context->user;
-    const kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
+    kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
     const kd_svo *svo = kd_singleton(context->world, kd_svo);
+    kd_gpu *gpu = context->gpu;
     state->bytes = 0;
+    if (!svo->masks.id)
+        return;
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     if (scene->static_changed)
-        transform_layer(context, state, scene, svo, KD_LAYER_STATIC);
-    transform_layer(context, state, scene, svo, KD_LAYER_DYNAMIC);
+        mark_static(gpu, state, scene, svo);
+    size_t mask_bytes = (size_t)svo->layer_words * 4;
+    kd_gpu_fill_buffer(gpu, svo->masks, mask_bytes, mask_bytes, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    if (scene->pages[KD_LAYER_DYNAMIC].segment_count)
+        transform_dynamic(context, state, scene, svo);
 }
 
 static uint64_t bytes_moved(const kd_system_context *context)
@@ -95,27 +146,30 @@ static uint64_t bytes_moved(const kd_system_context *context)
     return ((const transform_state *)context->user)->bytes;
 }
 
+static kd_gpu_program program(kd_gpu *gpu, const char *path)
+{
+    return kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = path});
+}
+
 static kd_status init(kd_system_context *context)
 {
     transform_state *state = context->user;
-    const char *deforming[] = {"KD_DEFORMING 1", NULL};
-    state->program[KD_LAYER_STATIC] = kd_gpu_make_program(
-        context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_transform/transform.comp",
-                                             .name = "transform_static"});
-    state->program[KD_LAYER_DYNAMIC] = kd_gpu_make_program(
-        context->gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_transform/transform.comp",
-                                             .defines = deforming,
-                                             .name = "transform_dynamic"});
-    state->none =
-        kd_gpu_make_buffer(context->gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "none"});
-    return state->program[0].id && state->program[1].id && state->none.id ? KD_OK : KD_GPU;
+    kd_gpu *gpu = context->gpu;
+    state->dynamic = program(gpu, "shaders/voxel_transform/transform.comp");
+    state->cull = program(gpu, "shaders/voxel_transform/cull.comp");
+    state->cull_args = program(gpu, "shaders/voxel_transform/cull_args.comp");
+    state->mark_static = program(gpu, "shaders/voxel_transform/mark_static.comp");
+    state->none = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "none"});
+    bool all = state->dynamic.id && state->cull.id && state->cull_args.id && state->mark_static.id;
+    return all && state->none.id ? KD_OK : KD_GPU;
 }
 
 static void fini(kd_system_context *context)
 {
     transform_state *state = context->user;
-    kd_gpu_destroy_program(context->gpu, state->program[0]);
-    kd_gpu_destroy_program(context->gpu, state->program[1]);
+    kd_gpu_program programs[] = {state->dynamic, state->cull, state->cull_args, state->mark_static};
+    for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
+        kd_gpu_destroy_program(context->gpu, programs[i]);
     kd_gpu_destroy_texture(context->gpu, state->joints);
     kd_gpu_destroy_texture(context->gpu, state->geometry);
     kd_gpu_destroy_texture(context->gpu, state->indices);
@@ -128,27 +182,31 @@ kd_status kd_voxel_transform_import(kd_schedule *s)
     transform_state *state = calloc(1, sizeof *state);
     if (!state)
         return KD_NO_MEMORY;
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "voxel_transform",
-                                  .phase = KD_PHASE_VOXEL_TRANSFORM,
-                                  .where = KD_ON_GPU,
-                                  .components = {KD_USES(kd_voxel_scene), KD_USES(kd_svo), KD_USES(kd_frame),
-                                                 KD_USES(kd_scene_store), KD_USES(kd_joint_palette)},
-                                  .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                                                {"voxels.objects", KD_USE_STORAGE_READ},
-                                                {"voxels.chunks", KD_USE_STORAGE_READ},
-                                                {"voxels.cache", KD_USE_STORAGE_READ},
-                                                {"scene.vertices", KD_USE_SAMPLED},
-                                                {"scene.indices", KD_USE_SAMPLED},
-                                                {"scene.joints", KD_USE_SAMPLED},
-                                                {"tree.uniform", KD_USE_UNIFORM},
-                                                {"svo.masks", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
-                                  .run_if = kd_frame_needs_voxels,
-                                  .no_commands = true,
-                                  .run = run,
-                                  .bytes_moved = bytes_moved,
-                                  .init = init,
-                                  .fini = fini,
-                                  .user = state,
-                              });
+    return kd_schedule_add(s,
+                           &(kd_system_desc){
+                               .name = "voxel_transform",
+                               .phase = KD_PHASE_VOXEL_TRANSFORM,
+                               .where = KD_ON_GPU,
+                               .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_svo), KD_USES(kd_frame),
+                                              KD_USES(kd_scene_store), KD_USES(kd_joint_palette)},
+                               .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                                             {"voxels.objects", KD_USE_STORAGE_READ},
+                                             {"voxels.chunks", KD_USE_STORAGE_READ},
+                                             {"voxels.cache", KD_USE_STORAGE_READ},
+                                             {"scene.vertices", KD_USE_SAMPLED},
+                                             {"scene.indices", KD_USE_SAMPLED},
+                                             {"scene.joints", KD_USE_SAMPLED},
+                                             {"tree.uniform", KD_USE_UNIFORM},
+                                             {"voxels.stale", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE |
+                                                                  KD_USE_INDIRECT | KD_USE_COPY_WRITE},
+                                             {"svo.fresh", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
+                                             {"svo.masks", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
+                               .run_if = kd_frame_needs_voxels,
+                               .no_commands = true,
+                               .run = run,
+                               .bytes_moved = bytes_moved,
+                               .init = init,
+                               .fini = fini,
+                               .user = state,
+                           });
 }

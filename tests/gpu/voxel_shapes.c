@@ -171,6 +171,8 @@ static void long_primitive_is_cut_into_tiles(void **state) {
     for (uint32_t code = 0; code < edge * edge * edge; code++) {
         uint32_t cell[3];
         svo_morton_cell(code, cell);
+        for (int k = 0; k < 3; k++) /* back from their wrapped places */
+            cell[k] = (cell[k] - (uint32_t)scene->origin_cells[0][k]) & (edge - 1);
         if (mask[code >> 5] >> (code & 31) & 1)
             slices[cell[0]] += 1 + cell[1] * 131 + cell[2] * 17389; /* which cells, not only how many */
     }

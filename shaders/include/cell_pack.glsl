@@ -1,0 +1,41 @@
+// Sums of a cell to attributes of 16 bytes (cell_attributes.glsl unpacks them):
+// albedo 3 x 10 bits | normal 3 x snorm8, share of double-sided voxels unorm8 | emission 3 x 9 bits, halvings 5 | weight, of 256
+// In integers throughout: every driver makes the same bytes, and so does systems/svo/reference.c.
+layout(std430, binding = 1) readonly buffer sums_block { uint sums[]; };
+
+uint mean(uint sum, uint weight) { return (sum + weight / 2u) / weight; }
+
+uint mean_signed(uint sum, uint weight)
+{
+    int s = int(sum);
+    return (s < 0 ? 0u - mean(uint(-s), weight) : mean(sum, weight)) & 255u;
+}
+
+// Surfaces beside each other share a cell's emission by coverage; a lamp that lies on a ceiling, so that the two cover the
+// cell twice, shines as brightly as one alone.
+uint emission_weight(uint weight, uint emissive) { return max(max(min(weight, 256u), emissive), 1u); }
+
+// One shared scale keeps dim emission next to bright.
+uint pack_emission(uvec3 sum, uint weight)
+{
+    uint one = uint(KD_EMISSION_ONE) * weight;
+    uint top = max(sum.x, max(sum.y, sum.z)), halvings = 0u, spare = 0u, word = 0u;
+    while (halvings < 31u && top * 256u <= one >> (halvings + 1u))
+        halvings++;
+    while (one >> spare >= 1u << 22)
+        spare++;
+    for (int k = 0; k < 3; k++)
+        word |= min(mean(((sum[k] * 256u << halvings) >> spare) * 511u, one >> spare), 511u) << (9 * k);
+    return word | halvings << 27;
+}
+
+uvec4 cell_attributes_of(uint cell)
+{
+    uint at = cell * KD_SUM_WORDS;
+    uint weight = max(sums[at], 1u);
+    uint albedo = mean(sums[at + 1u], weight) | mean(sums[at + 2u], weight) << 10 | mean(sums[at + 3u], weight) << 20;
+    uint normal = mean_signed(sums[at + 4u], weight) | mean_signed(sums[at + 5u], weight) << 8 |
+                  mean_signed(sums[at + 6u], weight) << 16;
+    uint emission = pack_emission(uvec3(sums[at + 7u], sums[at + 8u], sums[at + 9u]), emission_weight(sums[at], sums[at + 11u]));
+    return uvec4(albedo, normal | mean(sums[at + 10u] * 255u, weight) << 24, emission, sums[at]);
+}

@@ -1,0 +1,37 @@
+// Attribute sums of cells: integers, weighted by coverage, so that they are the same in whatever order the threads come.
+layout(std430, binding = 7) buffer sums_block { uint sums[]; };
+
+struct voxel_share {
+    uvec3 albedo;   // linear, 10 bits
+    ivec3 normal;   // snorm8
+    uvec3 emission; // KD_EMISSION_ONE is the brightest of the scene
+    bool double_sided;
+};
+
+// color, share: words of the cached voxel; emissive: of its object, relative to the brightest
+voxel_share voxel_share_of(uint color, uint share, uint normal, vec3 emissive)
+{
+    uvec3 root = uvec3(color, color >> 8, color >> 16) & 255u;
+    return voxel_share((root * root * 1023u + 32512u) / 65025u, snorm8_unpack(normal),
+                       (uvec3(emissive * KD_EMISSION_ONE + 0.5) * share + 127u) / 255u, (color & 0x1000000u) != 0u);
+}
+
+void sums_add(uint cell, uint weight, voxel_share v)
+{
+    uint at = cell * KD_SUM_WORDS;
+    atomicAdd(sums[at], weight);
+    atomicAdd(sums[at + 1u], v.albedo.x * weight);
+    atomicAdd(sums[at + 2u], v.albedo.y * weight);
+    atomicAdd(sums[at + 3u], v.albedo.z * weight);
+    atomicAdd(sums[at + 4u], uint(v.normal.x * int(weight)));
+    atomicAdd(sums[at + 5u], uint(v.normal.y * int(weight)));
+    atomicAdd(sums[at + 6u], uint(v.normal.z * int(weight)));
+    if (v.emission != uvec3(0u)) {
+        atomicAdd(sums[at + 7u], (v.emission.x * weight + 128u) >> 8);
+        atomicAdd(sums[at + 8u], (v.emission.y * weight + 128u) >> 8);
+        atomicAdd(sums[at + 9u], (v.emission.z * weight + 128u) >> 8);
+        atomicAdd(sums[at + 11u], weight);
+    }
+    if (v.double_sided)
+        atomicAdd(sums[at + 10u], weight);
+}

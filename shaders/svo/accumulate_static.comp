@@ -1,0 +1,36 @@
+// The same for static voxels that lie in stale bricks, straight from the cache. Only cells that were marked this frame have
+// bits in the mask.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/stale_voxel.glsl"
+#include "shaders/include/morton.glsl"
+#include "shaders/include/rank.glsl"
+#include "shaders/include/cell_sums.glsl"
+
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: capacity of the sums, y: words of the mask
+layout(std430, binding = 5) readonly buffer color_block { uint color[]; };
+layout(std430, binding = 6) readonly buffer fresh_block { uint fresh[]; }; // mask, then ranks
+
+void main()
+{
+    kd_voxel_segment segment;
+    uint i;
+    if (!stale_voxel(segment, i))
+        return;
+    rigid_voxel r = rigid_voxel_load(segment, i);
+    if (!r.inside)
+        return;
+    uint n = segment.first + i;
+    voxel_share v = voxel_share_of(color[n], shape[n].y >> 24, r.normal, objects[segment.object].emission.rgb);
+    uint c = segment.chunk_cascade >> 28, first = cascade_first_bit(c);
+    for (uint k = 0u; k < 8u; k++) {
+        uint weight = splat_weight(r.place, k);
+        ivec3 cell = splat_cell(r.place, k);
+        if (weight < SPLAT_MIN_WEIGHT || !splat_owned(c, cell))
+            continue;
+        uint bit = first + morton_encode(cell_wrap(c, cell));
+        uint word = fresh[bit >> 5], rank = rank_below(fresh[pass.y + (bit >> 5)], word, bit);
+        if ((word >> (bit & 31u) & 1u) != 0u && rank < pass.x)
+            sums_add(rank, weight, v);
+    }
+}

@@ -1,0 +1,42 @@
+// Nodes of a level that come take free numbers, in the order of their codes. Levels are done from above. Where there are no
+// numbers left the last ones, which are those of the outermost cascade, stay away.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/svo_find.glsl"
+
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words, y: level
+layout(std430, binding = 1) readonly buffer diff_block { uint diff[]; };
+layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };
+layout(std430, binding = 5) buffer masks_block { uint masks[]; };
+
+void come(uint level, uint code, uint number)
+{
+    uint parent = level == 0u ? KD_EMPTY : find_node(level - 1u, code >> 3);
+    if (level == 0u)
+        index[dense_place(code)] = number;
+    else
+        nodes[child_place(level, parent, code)] = number;
+    book[places.codes[level] + number] = code;
+    if (level + 1u < places.size.y)
+        for (uint k = 0u; k < 8u; k++)
+            nodes[child_place(level + 1u, number, k)] = KD_EMPTY;
+    else if (counters[KD_COUNT_HIGH] <= number)
+        atomicMax(counters[KD_COUNT_HIGH], number + 1u);
+    change_above(level, code, parent);
+    if (level > 0u)
+        book_change_node(level, number);
+}
+
+void main()
+{
+    uint word = gl_GlobalInvocationID.x, level = pass.y;
+    if (word >= pass.x)
+        return;
+    uint bits = diff[word], rank = ranks[word], free = counters[KD_COUNT_FREE + level], come_count = 0u;
+    for (; bits != 0u && rank < free; bits &= bits - 1u, come_count++, rank++)
+        come(level, word * 32u + uint(findLSB(bits)), book[places.free[level] + free - 1u - rank]);
+    if (bits != 0u)
+        masks[places.masks[level] + word] &= ~bits;
+    if (come_count != 0u)
+        atomicAdd(counters[KD_COUNT_NODES + 4u * level + (word * 32u >> (3u * (KD_DENSE_LOG2 + level)))], come_count);
+}

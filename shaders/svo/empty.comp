@@ -1,0 +1,18 @@
+// The tree without nodes: all numbers are free, the lowest on top.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/svo_book.glsl"
+#include "shaders/include/linear.glsl"
+
+void main()
+{
+    uint n = linear_index();
+    if (n >= places.size.x)
+        return;
+    for (uint level = 0u; level < places.size.y; level++) {
+        book[places.codes[level] + n] = KD_EMPTY;
+        book[places.free[level] + n] = places.size.x - 1u - n;
+        if (n == 0u)
+            counters[KD_COUNT_FREE + level] = places.size.x;
+    }
+}

@@ -1,0 +1,38 @@
+// Nodes of a level that go give their numbers back, in the order of their codes. Levels are done from below.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/svo_find.glsl"
+
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words, y: level
+layout(std430, binding = 1) readonly buffer diff_block { uint diff[]; };
+layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };
+
+void vanish(uint level, uint code, uint rank)
+{
+    uint place, parent = KD_EMPTY, number;
+    if (level == 0u) {
+        place = dense_place(code);
+        number = index[place];
+        index[place] = KD_EMPTY;
+    } else {
+        parent = find_node(level - 1u, code >> 3);
+        place = child_place(level, parent, code);
+        number = nodes[place];
+        nodes[place] = KD_EMPTY;
+    }
+    book[places.codes[level] + number] = KD_EMPTY;
+    book[places.free[level] + counters[KD_COUNT_FREE + level] + rank] = number;
+    change_above(level, code, parent);
+}
+
+void main()
+{
+    uint word = gl_GlobalInvocationID.x, level = pass.y;
+    if (word >= pass.x)
+        return;
+    uint bits = diff[word], rank = ranks[word];
+    if (bits != 0u)
+        atomicAdd(counters[KD_COUNT_NODES + 4u * level + (word * 32u >> (3u * (KD_DENSE_LOG2 + level)))], 0u - uint(bitCount(bits)));
+    for (; bits != 0u; bits &= bits - 1u)
+        vanish(level, word * 32u + uint(findLSB(bits)), rank++);
+}

@@ -1,0 +1,175 @@
+/* The tree above the cells, kept from frame to frame:
+ *   1. both layers' masks are joined and reduced, level by level;
+ *   2. what differs from the masks of the frame before is nodes that go and nodes that come. Those that go
+ * give their numbers back, from below; those that come take numbers, from above, both in the order of their
+ *      codes by the ranks of their bits;
+ *   3. leaf parents whose cells may have changed are listed, for the attributes and the light.
+ * Nothing depends on the order of threads. Source of the bottom-up idea: Karras 2012; of the level structure:
+ * Yalciner 2016, section 4.4 and 4.5, where nodes are allocated top-down with atomics instead. */
+#include "runtime/core/log.h"
+#include "shaders/shared/bindings.h"
+#include "systems/svo/internal.h"
+
+static uint32_t groups(uint32_t count)
+{
+    return (count + 63) / 64;
+}
+
+static void bind_book(kd_gpu *gpu, const kd_svo *svo)
+{
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 3, svo->index);
+    kd_gpu_bind_storage(gpu, 4, svo->nodes);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
+}
+
+static size_t dense_bytes(const kd_svo *svo)
+{
+    return (size_t)svo->cascades * KD_DENSE_WORDS * 4;
+}
+
+/* The tree without nodes; every dense cell that held something is to be emptied. */
+static void empty_tree(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
+{
+    kd_gpu_buffer masks = svo->level_masks[svo->current];
+    kd_gpu_fill_buffer(gpu, masks, 0, kd_gpu_buffer_size(gpu, masks), 0);
+    kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_NODES * 4, 16 * 4, 0);
+    kd_gpu_copy_buffer(gpu, svo->book, (size_t)svo->places.others.x * 4, svo->book,
+                       (size_t)svo->places.changed.x * 4, dense_bytes(svo));
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+    bind_book(gpu, svo);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_EMPTY], groups(svo->node_capacity));
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+}
+
+/* Lists and bits of work are empty but for the dense cells of stale bricks, which show another place now. */
+void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+{
+    size_t first = (size_t)svo->places.changed.x * 4, node_bits = (size_t)(svo->node_capacity + 31) / 32 * 4;
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_TRANSIENT * 4,
+                       (KD_COUNT_TRANSIENT_END - KD_COUNT_TRANSIENT) * 4, 0);
+    kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.others.y * 4, dense_bytes(svo), 0);
+    if (svo_levels(svo) > 1)
+        kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.changed.y * 4,
+                           node_bits * (svo_levels(svo) - 1), 0);
+    if (scene->static_changed)
+        kd_gpu_copy_buffer(gpu, scene->stale_bricks, 0, svo->book, first, dense_bytes(svo));
+    else
+        kd_gpu_fill_buffer(gpu, svo->book, first, dense_bytes(svo), 0);
+    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
+    if (scene->one_layer)
+        empty_tree(gpu, state, svo);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+static void merge_masks(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+{
+    uint32_t top = svo_levels(svo) - 1, words = svo->mask_words[top];
+    uint32_t pass[4] = {words, scene->static_changed, svo_levels(svo), svo->mask_first[top]};
+    size_t layer_bytes = (size_t)svo->layer_words * 4;
+    kd_gpu_buffer masks = svo->level_masks[svo->current];
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage_range(gpu, 1, svo->masks, 0, layer_bytes);
+    kd_gpu_bind_storage_range(gpu, 2, svo->masks, layer_bytes, layer_bytes);
+    kd_gpu_bind_storage_range(gpu, 3, svo->fresh, 0, layer_bytes);
+    kd_gpu_bind_storage(gpu, 4, scene->stale_bricks);
+    kd_gpu_bind_storage(gpu, 5, masks);
+    kd_gpu_bind_storage(gpu, 6, svo->touched);
+    kd_gpu_dispatch(gpu, state->programs[SVO_MERGE], groups(words), 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    for (uint32_t l = top; l-- > 0;) {
+        uint32_t up[4] = {svo->mask_words[l], svo->mask_first[l + 1], svo->mask_first[l], 0};
+        kd_gpu_bind_uniform(gpu, 0, up, sizeof up);
+        kd_gpu_bind_storage(gpu, 0, masks);
+        kd_gpu_dispatch(gpu, state->programs[SVO_REDUCE], groups(svo->mask_words[l]), 1, 1);
+        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    }
+    state->bytes_build += (uint64_t)svo->layer_words * 8;
+}
+
+static void rank(kd_gpu *gpu, svo_state *state, const kd_svo *svo, kd_gpu_buffer mask, uint32_t first,
+                 uint32_t words, uint32_t counter)
+{
+    if (kd_gpu_rank_run(gpu, &state->rank, mask, first, words, svo->diff_ranks, 0, svo->counters, counter) !=
+        KD_OK)
+        kd_log(KD_LOG_WARNING, "octree: nodes cannot be numbered; the tree stays as it is");
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+/* Nodes of level 6 + l that go, or that come. */
+static void change_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l, bool come)
+{
+    uint32_t words = svo->mask_words[l], parents = l > 0 ? svo->mask_first[l - 1] : KD_EMPTY;
+    uint32_t pass[4] = {words, svo->mask_first[l], come, parents}, at[4] = {words, l, 0, 0};
+    uint32_t settle[4] = {l, come, 0, 0};
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current ^ 1]);
+    kd_gpu_bind_storage(gpu, 2, svo->diff);
+    kd_gpu_dispatch(gpu, state->programs[SVO_DIFF], groups(words), 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    rank(gpu, state, svo, svo->diff, 0, words, KD_COUNT_DIFF);
+    bind_book(gpu, svo);
+    kd_gpu_bind_uniform(gpu, 0, at, sizeof at);
+    kd_gpu_bind_storage(gpu, 1, svo->diff);
+    kd_gpu_bind_storage(gpu, 2, svo->diff_ranks);
+    kd_gpu_bind_storage(gpu, 5, svo->level_masks[svo->current]);
+    kd_gpu_dispatch(gpu, state->programs[come ? SVO_COME : SVO_VANISH], groups(words), 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_bind_uniform(gpu, 0, settle, sizeof settle);
+    kd_gpu_dispatch(gpu, state->programs[SVO_SETTLE], 1, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+/* Nodes are counted, with one wait, when a layer's members changed or static parts were built anew; the
+ * dynamic layer gets room for every pose, as with cells. */
+static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+{
+    bool counted = scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed;
+    if (!counted)
+        return;
+    uint32_t top = svo_levels(svo) - 1;
+    rank(gpu, state, svo, svo->level_masks[svo->current], svo->mask_first[top], svo->mask_words[top],
+         KD_COUNT_NEED);
+    uint32_t want = svo_read_counter(gpu, svo, KD_COUNT_NEED) + 1024;
+    want += (uint32_t)scene->pages[KD_LAYER_DYNAMIC].voxel_count;
+    uint64_t most = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / (8 * 8);
+    if (want <= svo->node_capacity)
+        return;
+    want += want / 4;
+    want = want < most ? want : (uint32_t)most;
+    if (svo_reserve_nodes(gpu, svo, want) != KD_OK)
+        kd_log(KD_LOG_WARNING, "octree: no room for %u nodes; some voxels are left out", want);
+    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
+    svo_write_params(gpu, svo, scene);
+}
+
+static void list_touched(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
+{
+    uint32_t top = svo_levels(svo) - 1, words = svo->mask_words[top], pass[4] = {words, top, 0, 0};
+    rank(gpu, state, svo, svo->touched, 0, words, KD_COUNT_TOUCHED);
+    bind_book(gpu, svo);
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 1, svo->touched);
+    kd_gpu_bind_storage(gpu, 2, svo->diff_ranks);
+    kd_gpu_dispatch(gpu, state->programs[SVO_TOUCHED], groups(words), 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    svo_args(gpu, state, svo, KD_COUNT_TOUCHED, svo->node_capacity, 8, KD_ARGS_TOUCHED);
+}
+
+void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+{
+    uint32_t levels = svo_levels(svo);
+    svo->current ^= 1;
+    merge_masks(gpu, state, svo, scene);
+    reserve_nodes(gpu, state, svo, scene);
+    for (uint32_t l = levels; l-- > 0;)
+        change_level(gpu, state, svo, l, false);
+    for (uint32_t l = 0; l < levels; l++)
+        change_level(gpu, state, svo, l, true);
+    list_touched(gpu, state, svo);
+    svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 8, KD_ARGS_ALL);
+}
