@@ -189,13 +189,19 @@ static kd_status read_level(app_options *o, const char *text) {
 }
 
 static kd_status read_profile(app_options *o, const char *text) {
-    o->profile = text;
-    if (strcmp(text, "table") == 0)
+    if (strcmp(text, "table") == 0) {
+        o->profile = text;
         return KD_OK;
-    return kd_fail(
-        KD_USAGE,
-        "--profile: '%s' is not supported; 'table' prints a table, --stats FILE.json writes the same figures",
-        text);
+    }
+    if (!kd_path_has_extension(text, ".json") && !kd_path_has_extension(text, ".pftrace"))
+        return kd_fail(KD_USAGE, "--profile: '%s' is not supported; give table, FILE.json or FILE.pftrace", text);
+    if (o->trace_count == APP_MAX_TRACES)
+        return kd_fail(KD_USAGE, "--profile: more than %d files; leave one out", APP_MAX_TRACES);
+    return app_read_path("--profile", text, &o->traces[o->trace_count++]);
+}
+
+static kd_status read_compare_profile(app_options *o, const char *text) {
+    return app_read_path("--compare-profile", text, &o->compare_profile);
 }
 
 static kd_status read_stats(app_options *o, const char *text) {
@@ -262,7 +268,10 @@ static const app_option_row run_options[] = {
      "repeatable: a setting, or an entity's field such as lamp.light.intensity=5"},
     {"--view", "VIEW", read_view, "what the picture shows, one of:" VIEW_LIST(SPACED)},
     {"--level", "L", read_level, "tree level that --view octree shows; default: the finest"},
-    {"--profile", "table", read_profile, "print the time of every system at the end"},
+    {"--profile", "table|FILE", read_profile,
+     "print the time of every system at the end, or write the whole timeline (.json for Chrome, .pftrace for Perfetto); repeatable"},
+    {"--compare-profile", "OLD.json", read_compare_profile,
+     "say which systems became slower since an earlier --profile FILE.json"},
     {"--profile-sync", NULL, read_profile_sync,
      "finish each GPU system to time it; the default on software drivers"},
     {"--stats", "FILE.json", read_stats, "write scene, times, voxels and memory"},

@@ -34,6 +34,8 @@ typedef struct app_tracing {
     double time_budget_s, noise; /* 0: not said */
 } app_tracing;
 
+enum { APP_MAX_TRACES = 4 };
+
 typedef struct app_options {
     app_command command;
     const char *subject;    /* the scene, the file, or the topic of help; NULL */
@@ -47,6 +49,9 @@ typedef struct app_options {
     kd_context_api context;
     int gi, view;        /* kd_gi_technique, kd_view_mode; -1: not said */
     const char *profile; /* "table" or NULL */
+    const char *traces[APP_MAX_TRACES]; /* paths of timelines */
+    uint32_t trace_count;
+    const char *compare_profile; /* path of an earlier timeline, or NULL */
     bool profile_sync, window, quiet;
     const char *stats, *graph; /* paths or NULL */
     app_bench bench;

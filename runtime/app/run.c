@@ -39,6 +39,13 @@ static kd_status check_outputs(const app_options *o) {
         if (status == KD_OK)
             kd_file_out_cancel(&probe);
     }
+    for (uint32_t i = 0; i < o->trace_count && status == KD_OK; i++) {
+        status = kd_file_out_open(&probe, o->traces[i]);
+        if (status == KD_OK)
+            kd_file_out_cancel(&probe);
+    }
+    if (status == KD_OK && o->compare_profile)
+        status = kd_profile_check_old(o->compare_profile);
     return status == KD_OK && o->graph ? app_graph_check(o->graph) : status;
 }
 
@@ -58,7 +65,8 @@ static kd_status open_gpu(run *r) {
 
 /* Timing each system costs a little: only when someone will look. */
 static app_timing_mode timing_mode(const run *r) {
-    if (!r->options->profile && !r->options->stats)
+    const app_options *o = r->options;
+    if (!o->profile && !o->stats && !o->trace_count && !o->compare_profile)
         return APP_TIMING_OFF;
     return r->options->profile_sync || kd_gpu_get_info(r->gpu)->software ? APP_TIMING_SYNC
                                                                          : APP_TIMING_STAMPS;
@@ -85,7 +93,12 @@ static kd_status open_schedule(run *r) {
     if (status == KD_OK)
         status = app_capture_import(r->capture, r->schedule);
     if (status == KD_OK)
-        status = app_timing_open(&r->timing, r->schedule, r->gpu, timing_mode(r));
+        status = app_timing_open(&r->timing, &(app_timing_desc){.schedule = r->schedule,
+                                                                .gpu = r->gpu,
+                                                                .world = r->world,
+                                                                .jobs = r->jobs,
+                                                                .mode = timing_mode(r),
+                                                                .trace = r->options->trace_count > 0});
     if (status == KD_OK)
         status = kd_schedule_init(r->schedule);
     return status == KD_OK ? configure_schedule(r) : status;
@@ -111,10 +124,13 @@ static kd_status open_all(run *r) {
 
 static kd_status run_frame(run *r, uint64_t index) {
     app_timing_frame_begin(&r->timing);
+    app_timing_section(&r->timing, APP_ROW_SCENARIO, true);
     kd_status status = app_scene_step(&r->scene, index);
+    app_timing_section(&r->timing, APP_ROW_SCENARIO, false);
     if (status != KD_OK)
         return status;
     status = kd_schedule_run(r->schedule);
+    app_timing_section(&r->timing, APP_ROW_END, true);
     if (status == KD_OK && kd_gpu_failed(r->gpu))
         status = KD_GPU;
     if (status == KD_OK)
@@ -178,6 +194,14 @@ static kd_status finish(run *r, kd_status status) {
                r->options->outputs[0].path);
     if (r->options->profile && r->done > 0)
         kd_profile_write_table(r->timing.profile, stdout);
+    if (r->options->compare_profile && r->done > 0) {
+        written = kd_profile_compare(r->timing.profile, r->options->compare_profile, stdout);
+        status = status == KD_OK ? written : status;
+    }
+    for (uint32_t i = 0; i < r->options->trace_count && r->done > 0; i++) {
+        written = kd_profile_write_trace(r->timing.profile, r->options->traces[i]);
+        status = status == KD_OK ? written : status;
+    }
     return status;
 }
 

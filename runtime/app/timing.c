@@ -1,7 +1,9 @@
 #include "runtime/app/timing.h"
 
+#include <malloc.h>
 #include <stdlib.h>
 
+#include "components/render_targets.h"
 #include "runtime/core/log.h"
 
 /* ---- hooks ---- */
@@ -10,34 +12,31 @@ static bool on_gpu(const app_timing *t, uint32_t system) {
     return kd_schedule_system(t->schedule, system)->where == KD_ON_GPU;
 }
 
-static bool has_slots(uint32_t system) {
-    return system * 2 + 1 < KD_GPU_TIMER_SLOTS;
-}
-
 static void begin(void *user, uint32_t system, uint32_t worker) {
     app_timing *t = user;
-    if (on_gpu(t, system)) {
-        kd_gpu_push_group(t->gpu, kd_schedule_system(t->schedule, system)->name);
-        if (t->mode == APP_TIMING_SYNC)
-            kd_gpu_finish(t->gpu);
-        if (t->mode == APP_TIMING_STAMPS && has_slots(system))
-            kd_gpu_timestamp(t->gpu, system * 2);
-    }
+    bool gpu = on_gpu(t, system);
     if (t->mode != APP_TIMING_OFF)
         kd_profile_begin(t->profile, system, worker);
+    if (gpu)
+        kd_gpu_push_group(t->gpu, kd_schedule_system(t->schedule, system)->name);
+    if (gpu && t->gpu_timing)
+        app_gpu_timing_begin(t->gpu_timing, system);
 }
 
 static void end(void *user, uint32_t system, uint32_t worker) {
     app_timing *t = user;
     bool gpu = on_gpu(t, system);
-    if (gpu && t->mode == APP_TIMING_SYNC)
-        kd_gpu_finish(t->gpu);
-    if (gpu && t->mode == APP_TIMING_STAMPS && has_slots(system))
-        kd_gpu_timestamp(t->gpu, system * 2 + 1);
-    if (t->mode != APP_TIMING_OFF)
-        kd_profile_end(t->profile, system, worker);
+    if (gpu && t->gpu_timing)
+        app_gpu_timing_end(t->gpu_timing, system);
     if (gpu)
         kd_gpu_pop_group(t->gpu);
+    if (t->mode != APP_TIMING_OFF)
+        kd_profile_end(t->profile, system, worker);
+}
+
+/* What the schedule does itself. */
+static void own(void *user, bool merge, bool begin) {
+    app_timing_section(user, merge ? APP_ROW_MERGE : APP_ROW_WAIT, begin);
 }
 
 /* One row a use: what a reader will do, and the barrier that makes writes visible to it. */
@@ -64,9 +63,21 @@ static void barrier(void *user, kd_gpu *gpu, uint32_t uses) {
 
 /* ---- frames ---- */
 
-static kd_profile *make_profile(kd_schedule *s) {
-    uint32_t count = kd_schedule_count(s);
-    kd_profile_system *systems = calloc(count + 1, sizeof *systems);
+static const struct {
+    const char *name, *phase;
+    bool gpu;
+} own_rows[APP_ROW_COUNT] = {
+    [APP_ROW_SCENARIO] = {"scenario", "script", false},
+    [APP_ROW_MERGE] = {"merge_commands", "schedule", false},
+    [APP_ROW_WAIT] = {"wait_for_workers", "schedule", false},
+    [APP_ROW_END] = {"end_frame", "schedule", false},
+    [APP_ROW_GPU_FRAME] = {"gpu_frame", "", true},
+    [APP_ROW_GPU_IDLE] = {"gpu_idle", "", true},
+};
+
+static kd_profile *make_profile(kd_schedule *s, bool own_rows_too) {
+    uint32_t count = kd_schedule_count(s), more = own_rows_too ? APP_ROW_COUNT : 0;
+    kd_profile_system *systems = calloc(count + APP_ROW_COUNT, sizeof *systems);
     if (!systems)
         return NULL;
     for (uint32_t i = 0; i < count; i++) {
@@ -74,47 +85,99 @@ static kd_profile *make_profile(kd_schedule *s) {
         systems[i] = (kd_profile_system){
             .name = d->name, .phase = kd_phase_name(d->phase), .gpu = d->where == KD_ON_GPU};
     }
-    kd_profile *profile = kd_profile_make(systems, count);
+    for (uint32_t i = 0; i < more; i++)
+        systems[count + i] =
+            (kd_profile_system){.name = own_rows[i].name, .phase = own_rows[i].phase, .gpu = own_rows[i].gpu};
+    kd_profile *profile = kd_profile_make(systems, count + more);
     free(systems);
     return profile;
 }
 
-kd_status app_timing_open(app_timing *t, kd_schedule *s, kd_gpu *gpu, app_timing_mode mode) {
-    *t = (app_timing){.schedule = s, .gpu = gpu, .mode = mode, .newest_stamps = UINT64_MAX};
-    t->profile = make_profile(s);
+/* Follow everything through time: jobs, passes and counters too. */
+static kd_status open_trace(app_timing *t, kd_jobs *jobs) {
+    static const char *const names[APP_COUNTER_COUNT] = {[APP_COUNTER_VOXELS] = "voxels",
+                                                         [APP_COUNTER_NODES] = "tree nodes",
+                                                         [APP_COUNTER_ENTITIES] = "entities",
+                                                         [APP_COUNTER_GPU_BYTES] = "GPU bytes",
+                                                         [APP_COUNTER_HEAP_BYTES] = "heap bytes"};
+    kd_status status = kd_profile_trace(t->profile, kd_jobs_threads(jobs));
+    if (status != KD_OK)
+        return status;
+    for (uint32_t i = 0; i < APP_COUNTER_COUNT; i++)
+        t->counters[i] = kd_profile_counter_name(t->profile, names[i]);
+    kd_jobs_set_hooks(
+        jobs, &(kd_jobs_hooks){.begin = kd_profile_job_begin, .end = kd_profile_job_end, .user = t->profile});
+    return KD_OK;
+}
+
+kd_status app_timing_open(app_timing *t, const app_timing_desc *desc) {
+    bool on = desc->mode != APP_TIMING_OFF, sync = desc->mode == APP_TIMING_SYNC;
+    kd_status status = KD_OK;
+    *t = (app_timing){.schedule = desc->schedule,
+                      .gpu = desc->gpu,
+                      .world = desc->world,
+                      .mode = desc->mode,
+                      .trace = desc->trace};
+    t->first_row = kd_schedule_count(desc->schedule);
+    t->profile = make_profile(desc->schedule, on);
     if (!t->profile)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    kd_profile_set_clock(t->profile,
-                         mode == APP_TIMING_SYNC ? "finishing each (--profile-sync)" : "GPU timestamps");
-    kd_schedule_set_hooks(s, &(kd_schedule_hooks){.begin = begin, .end = end, .barrier = barrier, .user = t});
-    return KD_OK;
+    if (desc->trace)
+        status = open_trace(t, desc->jobs);
+    if (on && status == KD_OK) {
+        t->gpu_timing = app_gpu_timing_make(desc->gpu, t->profile, t->first_row + APP_ROW_GPU_FRAME,
+                                            t->first_row + APP_ROW_GPU_IDLE, sync, desc->trace);
+        status = t->gpu_timing ? KD_OK : kd_fail(KD_NO_MEMORY, "out of memory");
+    }
+    kd_profile_set_clock(t->profile, sync ? "finishing each (--profile-sync)" : "GPU timestamps");
+    kd_schedule_set_hooks(
+        desc->schedule,
+        &(kd_schedule_hooks){
+            .begin = begin, .end = end, .barrier = barrier, .own = on ? own : NULL, .user = t});
+    return status;
+}
+
+void app_timing_section(app_timing *t, app_timing_row row, bool begins) {
+    if (t->mode == APP_TIMING_OFF)
+        return;
+    if (begins)
+        kd_profile_begin(t->profile, t->first_row + row, KD_GPU_LANE);
+    else
+        kd_profile_end(t->profile, t->first_row + row, KD_GPU_LANE);
 }
 
 void app_timing_frame_begin(app_timing *t) {
     kd_profile_frame_begin(t->profile);
 }
 
-/* Feed what the newest frame's timestamps say, once a frame. */
-static void take_stamps(app_timing *t) {
-    uint64_t ns[KD_GPU_TIMER_SLOTS];
-    uint64_t frame = kd_gpu_read_timestamps(t->gpu, ns, KD_GPU_TIMER_SLOTS);
-    if (frame == UINT64_MAX || frame == t->newest_stamps)
-        return;
-    t->newest_stamps = frame;
-    for (uint32_t i = 0; i < kd_schedule_count(t->schedule) && has_slots(i); i++)
-        if (on_gpu(t, i) && ns[i * 2] && ns[i * 2 + 1] >= ns[i * 2])
-            kd_profile_gpu(t->profile, i, ns[i * 2 + 1] - ns[i * 2]);
+static void count_all(app_timing *t) {
+    const kd_tree *tree = kd_singleton(t->world, kd_tree);
+    struct mallinfo2 heap = mallinfo2();
+    const double values[APP_COUNTER_COUNT] = {
+        [APP_COUNTER_VOXELS] = (double)(tree->static_voxels + tree->dynamic_voxels),
+        [APP_COUNTER_NODES] = (double)tree->node_count,
+        [APP_COUNTER_ENTITIES] = (double)kd_entity_count(t->world),
+        [APP_COUNTER_GPU_BYTES] = (double)kd_gpu_bytes(t->gpu),
+        [APP_COUNTER_HEAP_BYTES] = (double)(heap.uordblks + heap.hblkhd),
+    };
+    for (uint32_t i = 0; i < APP_COUNTER_COUNT; i++)
+        kd_profile_counter(t->profile, t->counters[i], values[i]);
 }
 
 void app_timing_frame_end(app_timing *t) {
-    if (t->mode == APP_TIMING_STAMPS)
-        take_stamps(t);
+    if (t->gpu_timing)
+        app_gpu_timing_collect(t->gpu_timing, false);
+    app_timing_section(t, APP_ROW_END, false);
     kd_profile_frame_end(t->profile);
     for (uint32_t i = 0; t->mode != APP_TIMING_OFF && i < kd_schedule_count(t->schedule); i++)
         kd_profile_bytes(t->profile, i, kd_schedule_bytes_moved(t->schedule, i));
+    if (t->trace)
+        count_all(t);
 }
 
 void app_timing_finish(app_timing *t) {
+    if (t->gpu_timing && t->mode == APP_TIMING_STAMPS)
+        app_gpu_timing_collect(t->gpu_timing, true);
     for (uint32_t i = 0; i < kd_schedule_count(t->schedule); i++) {
         kd_system_statistics s = kd_schedule_statistics(t->schedule, i);
         kd_profile_count(t->profile, i,
@@ -123,6 +186,7 @@ void app_timing_finish(app_timing *t) {
 }
 
 void app_timing_close(app_timing *t) {
+    app_gpu_timing_destroy(t->gpu_timing);
     kd_profile_destroy(t->profile);
     *t = (app_timing){0};
 }

@@ -53,6 +53,7 @@ static void run_once(kd_schedule *s, uint32_t index, kd_system_context *context)
     uint32_t worker = context->worker;
     uint64_t outer_key = s->keys[worker]; /* a system that waits for its jobs may be helping with this one */
     set_key(s, worker, system->command_key);
+    uint32_t outer_label = kd_jobs_set_label(s->jobs, worker, index + 1);
     if (s->hooks.begin)
         s->hooks.begin(s->hooks.user, index, worker);
     if (system->desc.where == KD_ON_GPU) {
@@ -68,6 +69,7 @@ static void run_once(kd_schedule *s, uint32_t index, kd_system_context *context)
         fail_frame(s, schedule_check_end(s, system));
     if (s->hooks.end)
         s->hooks.end(s->hooks.user, index, worker);
+    kd_jobs_set_label(s->jobs, worker, outer_label);
     set_key(s, worker, outer_key);
     system->counts.runs++;
 }
@@ -138,9 +140,27 @@ static void node_job(void *user, uint32_t worker)
         run_system(s, node->system, worker);
 }
 
+/* Tell whoever watches what the lane spends on the schedule itself. */
+static void tell_own(const kd_schedule *s, bool is_merge, bool begin)
+{
+    if (s->hooks.own)
+        s->hooks.own(s->hooks.user, is_merge, begin);
+}
+
+static void wait_for(kd_schedule *s, kd_job_counter *counter)
+{
+    if (!atomic_load(&counter->pending))
+        return;
+    tell_own(s, false, true);
+    kd_jobs_wait(s->jobs, counter);
+    tell_own(s, false, false);
+}
+
 static void merge(kd_schedule *s)
 {
+    tell_own(s, true, true);
     fail_frame(s, kd_world_merge(s->world));
+    tell_own(s, true, false);
 }
 
 static void run_lane_node(kd_schedule *s, const schedule_node *node)
@@ -161,11 +181,11 @@ static void run_graph(kd_schedule *s)
         schedule_node *node = &s->nodes[i];
         if (!schedule_on_lane(s, node))
             continue;
-        kd_jobs_wait(s->jobs, &node->blocked);
+        wait_for(s, &node->blocked);
         run_lane_node(s, node);
         finish_node(s, node, false);
     }
-    kd_jobs_wait(s->jobs, &s->unfinished);
+    wait_for(s, &s->unfinished);
 }
 
 /* ---- one by one ---- */

@@ -136,6 +136,9 @@ typedef struct kd_schedule_hooks {
     void *user;
     /* Issue the derived barrier, between begin and the system: `uses` are the kd_gpu_use bits by which the next reader touches what was written. */
     void (*barrier)(void *user, struct kd_gpu *gpu, uint32_t uses);
+    /* Called round what the schedule itself does on the GPU lane: merging commands (merge) or waiting for systems on other
+     * workers, helping them meanwhile. */
+    void (*own)(void *user, bool merge, bool begin);
 } kd_schedule_hooks;
 void kd_schedule_set_hooks(kd_schedule *s, const kd_schedule_hooks *hooks);
 

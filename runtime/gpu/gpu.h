@@ -298,6 +298,8 @@ void kd_gpu_barrier(kd_gpu *gpu, uint32_t barriers); /* 0 does nothing */
 void kd_gpu_finish(kd_gpu *gpu);
 void kd_gpu_push_group(kd_gpu *gpu, const char *name); /* names a pass for graphics debuggers */
 void kd_gpu_pop_group(kd_gpu *gpu);
+/** Call `pass` before every dispatch and draw, with a number and the name of its program. NULL: no more. */
+void kd_gpu_set_pass_hook(kd_gpu *gpu, void (*pass)(void *user, uint32_t program, const char *name), void *user);
 
 /* ---- timestamps: a ring read some frames later ---- */
 /** Put a timestamp into the stream under `slot` of this frame (0 … KD_GPU_TIMER_SLOTS-1). */
@@ -307,8 +309,11 @@ void kd_gpu_end_frame(kd_gpu *gpu);
 /** Get the newest frame whose timestamps have arrived. Returns its number, or UINT64_MAX when none has. ns on
  * the CPU's monotonic clock; 0 for slots not used. Never stalls. */
 uint64_t kd_gpu_read_timestamps(kd_gpu *gpu, uint64_t *ns, uint32_t slot_count);
+/** The same of one frame. Returns false when its timestamps have not arrived, or are no longer kept. */
+bool kd_gpu_read_frame_timestamps(kd_gpu *gpu, uint64_t frame, uint64_t *ns, uint32_t slot_count);
 uint64_t kd_gpu_frame(const kd_gpu *gpu);
-#define KD_GPU_TIMER_SLOTS 256
+#define KD_GPU_TIMER_SLOTS  1024
+#define KD_GPU_TIMER_FRAMES 8u /* of which timestamps are kept */
 
 /* ---- readback without a stall ---- */
 /** Make a ring of `depth` (0: 3) staging areas of `size` bytes. */

@@ -15,7 +15,7 @@
 
 enum {
     GPU_FRAMES = 3,       /* frames of uniforms that the GPU may lag behind */
-    GPU_TIMER_FRAMES = 4, /* frames of timestamps in flight */
+    GPU_TIMER_FRAMES = KD_GPU_TIMER_FRAMES,
     GPU_MAX_STORAGE = 32, /* bindings, one bit each in masks; higher ones are refused */
     GPU_MAX_TEXTURES = 32,
     GPU_MAX_NAME = 48,
@@ -148,6 +148,8 @@ struct kd_gpu {
 
     gpu_uniforms uniforms;
     gpu_timers timers;
+    void (*pass)(void *user, uint32_t program, const char *name); /* NULL: nobody asks */
+    void *pass_user;
 };
 
 /* ---- shared helpers ---- */

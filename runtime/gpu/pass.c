@@ -168,6 +168,11 @@ void kd_gpu_pop_group(kd_gpu *gpu) {
         gpu->gl.PopDebugGroup();
 }
 
+void kd_gpu_set_pass_hook(kd_gpu *gpu, void (*pass)(void *user, uint32_t program, const char *name), void *user) {
+    gpu->pass = pass;
+    gpu->pass_user = user;
+}
+
 void kd_gpu_end_frame(kd_gpu *gpu) {
     gpu_uniforms_end_frame(gpu);
     gpu_timers_end_frame(gpu);

@@ -184,5 +184,7 @@ bool gpu_use_program(kd_gpu *gpu, kd_gpu_program handle, bool compute, const cha
         gpu->gl.UseProgram(program->gl);
         gpu->program = handle.id;
     }
+    if (gpu->pass)
+        gpu->pass(gpu->pass_user, handle.id, program->name);
     return true;
 }

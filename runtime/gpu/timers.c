@@ -76,15 +76,18 @@ static void read_set(kd_gpu *gpu, uint32_t set, uint64_t *ns, uint32_t slot_coun
     }
 }
 
+bool kd_gpu_read_frame_timestamps(kd_gpu *gpu, uint64_t frame, uint64_t *ns, uint32_t slot_count) {
+    uint32_t set = (uint32_t)(frame % GPU_TIMER_FRAMES);
+    if (gpu->timers.frames[set] != frame || frame >= gpu->frame || !has_arrived(gpu, set))
+        return false;
+    read_set(gpu, set, ns, slot_count);
+    return true;
+}
+
 uint64_t kd_gpu_read_timestamps(kd_gpu *gpu, uint64_t *ns, uint32_t slot_count) {
-    for (uint64_t back = 1; back <= GPU_TIMER_FRAMES && back <= gpu->frame; back++) {
-        uint64_t frame = gpu->frame - back;
-        uint32_t set = (uint32_t)(frame % GPU_TIMER_FRAMES);
-        if (gpu->timers.frames[set] == frame && has_arrived(gpu, set)) {
-            read_set(gpu, set, ns, slot_count);
-            return frame;
-        }
-    }
+    for (uint64_t back = 1; back <= GPU_TIMER_FRAMES && back <= gpu->frame; back++)
+        if (kd_gpu_read_frame_timestamps(gpu, gpu->frame - back, ns, slot_count))
+            return gpu->frame - back;
     return UINT64_MAX;
 }
 

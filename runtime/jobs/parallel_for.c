@@ -12,9 +12,14 @@ enum {
 typedef struct split_frame {
     kd_range_fn *fn;
     void *user;
-    uint32_t grain;
+    uint32_t grain, label;
     kd_job_counter counter;
 } split_frame;
+
+uint32_t jobs_piece_label(const job *piece)
+{
+    return ((const split_frame *)piece->user)->label;
+}
 
 /* Work through [begin, end) grain by grain. Whenever our deque is empty (somebody took what we offered, or
  * nothing is on offer yet), offer the upper half of what remains: without a thief there are as many jobs as
@@ -66,6 +71,7 @@ void kd_jobs_parallel_for(kd_jobs *jobs, uint32_t count, uint32_t grain, kd_rang
     split_frame frame = {.fn = fn, .user = user, .grain = grain};
     uint32_t worker = kd_jobs_worker(jobs), done = 0;
     bool inside = jobs_is_worker(jobs);
+    frame.label = inside ? jobs->workers[worker].label : 0;
     if (grain == 0)
         frame.grain = count / (jobs->threads * PIECES_PER_WORKER) + 1;
     if (inside && count > 0 && (jobs->threads == 1 || count <= frame.grain)) {

@@ -115,3 +115,17 @@ void kd_jobs_destroy(kd_jobs *jobs)
     fini_queues(jobs);
     free(jobs);
 }
+
+/* ---- watching ---- */
+
+void kd_jobs_set_hooks(kd_jobs *jobs, const kd_jobs_hooks *hooks)
+{
+    jobs->hooks = hooks ? *hooks : (kd_jobs_hooks){0};
+}
+
+uint32_t kd_jobs_set_label(kd_jobs *jobs, uint32_t worker, uint32_t label)
+{
+    uint32_t before = jobs->workers[worker].label;
+    jobs->workers[worker].label = label;
+    return before;
+}

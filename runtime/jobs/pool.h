@@ -38,6 +38,7 @@ typedef struct job_worker {
     kd_jobs *jobs;
     uint32_t index;
     uint32_t victim; /* where to steal next */
+    uint32_t label;  /* of the loops that it starts */
     uint32_t stolen; /* jobs; how it goes with them: see worker.c */
     uint64_t stretch_ns, idle_ns, rest_ns, rest_until_ns;
     /* A lone job is stolen only when it is seen twice at the same place: its owner is most likely about to
@@ -52,6 +53,7 @@ struct kd_jobs {
     kd_job_counter alive;      /* workers that have not left yet, without worker 0 */
     uint32_t threads, started; /* fewer started only when making the pool failed */
     bool inside;               /* single thread: a job is running */
+    kd_jobs_hooks hooks;       /* set while no job runs */
 
     const void *owner; /* the thread that is worker 0, by its thread-local record */
     bool lane_busy;    /* worker 0 alone: a lane job is running */
@@ -143,5 +145,6 @@ void jobs_submit(kd_jobs *jobs, const job *j);
 
 /* ---- parallel_for.c ---- */
 void jobs_run_piece(kd_jobs *jobs, job_worker *w, const job *piece);
+uint32_t jobs_piece_label(const job *piece);
 
 #endif

@@ -74,10 +74,17 @@ void jobs_execute(kd_jobs *jobs, job_worker *w, const job *j, jobs_finished *run
 {
     if (run->counter != j->counter)
         jobs_flush(jobs, run);
+    uint32_t label = j->fn ? 0 : jobs_piece_label(j), outer = w->label;
+    w->label = label;
+    if (jobs->hooks.begin)
+        jobs->hooks.begin(jobs->hooks.user, w->index, label);
     if (j->fn)
         j->fn(j->user, w->index);
     else
         jobs_run_piece(jobs, w, j);
+    if (jobs->hooks.end)
+        jobs->hooks.end(jobs->hooks.user, w->index, label);
+    w->label = outer;
     run->counter = j->counter;
     run->count += j->counter != NULL;
 }

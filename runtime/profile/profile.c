@@ -8,6 +8,8 @@
 #include <string.h>
 
 #include "runtime/core/clock.h"
+#include "runtime/core/file.h"
+#include "runtime/core/log.h"
 #include "runtime/profile/internal.h"
 
 enum { MAX_WORKERS = 64, FIRST_CAPACITY = 256 };
@@ -28,8 +30,9 @@ typedef struct system_zone {
     uint64_t bytes;
     kd_profile_counts counts;
     /* while it runs */
-    uint64_t start_ns, inner_ns; /* inner: spent in zones that began inside this one */
-    uint32_t outer;              /* the zone round it on the same worker */
+    uint64_t start_ns, inner_ns;        /* inner: spent in zones that began inside this one */
+    uint32_t outer;                     /* the zone round it on the same worker */
+    kd_trace_name zone_name, part_name; /* of the system and of a share of its loops */
     series cpu_times, gpu_times;
 } system_zone;
 
@@ -47,6 +50,9 @@ struct kd_profile {
     uint64_t frame_start_ns;
     series frame_times;
     worker_state workers[MAX_WORKERS];
+    kd_trace *trace; /* NULL: statistics alone */
+    uint32_t gpu_track;
+    kd_trace_name frame_name, job_name;
 };
 
 /* ---- series ---- */
@@ -131,6 +137,7 @@ void kd_profile_destroy(kd_profile *p)
         free(p->zones[i].cpu_times.ns);
         free(p->zones[i].gpu_times.ns);
     }
+    kd_trace_destroy(p->trace);
     free(p->zones);
     free(p->frame_times.ns);
     free(p);
@@ -146,11 +153,16 @@ void kd_profile_set_clock(kd_profile *p, const char *text)
 void kd_profile_frame_begin(kd_profile *p)
 {
     p->frame_start_ns = kd_clock_ns();
+    if (p->trace)
+        kd_trace_begin(p->trace, 0, p->frame_name, p->frame_start_ns);
 }
 
 void kd_profile_frame_end(kd_profile *p)
 {
-    add_sample(&p->frame_times, kd_clock_ns() - p->frame_start_ns);
+    uint64_t now_ns = kd_clock_ns();
+    if (p->trace)
+        kd_trace_end(p->trace, 0, now_ns);
+    add_sample(&p->frame_times, now_ns - p->frame_start_ns);
     for (uint32_t i = 0; i < p->zone_count; i++) {
         system_zone *zone = &p->zones[i];
         if (zone->ran)
@@ -169,6 +181,8 @@ void kd_profile_begin(void *profile, uint32_t system, uint32_t worker)
     p->workers[worker].current = system;
     zone->inner_ns = 0;
     zone->start_ns = kd_clock_ns();
+    if (p->trace)
+        kd_trace_begin(p->trace, worker, zone->zone_name, zone->start_ns);
 }
 
 void kd_profile_end(void *profile, uint32_t system, uint32_t worker)
@@ -176,12 +190,93 @@ void kd_profile_end(void *profile, uint32_t system, uint32_t worker)
     kd_profile *p = profile;
     assert(system < p->zone_count && worker < MAX_WORKERS && p->workers[worker].current == system);
     system_zone *zone = &p->zones[system];
-    uint64_t ns = kd_clock_ns() - zone->start_ns;
+    uint64_t now_ns = kd_clock_ns(), ns = now_ns - zone->start_ns;
+    if (p->trace)
+        kd_trace_end(p->trace, worker, now_ns);
     zone->frame_ns += ns > zone->inner_ns ? ns - zone->inner_ns : 0;
     zone->ran = true;
     p->workers[worker].current = zone->outer;
     if (zone->outer != NO_ZONE)
         p->zones[zone->outer].inner_ns += ns;
+}
+
+/* ---- the timeline ---- */
+
+kd_status kd_profile_trace(kd_profile *p, uint32_t workers)
+{
+    char text[128];
+    assert(workers < KD_TRACE_MAX_TRACKS);
+    kd_trace *trace = kd_trace_make(0, workers + 1);
+    if (!trace)
+        return kd_fail(KD_NO_MEMORY, "no memory for the timeline of the profile");
+    for (uint32_t i = 0; i < workers; i++) {
+        snprintf(text, sizeof text, i ? "worker %u" : "main", i);
+        kd_trace_track(trace, i, KD_TRACE_THREAD, text);
+    }
+    kd_trace_track(trace, workers, KD_TRACE_GPU, "GPU");
+    p->gpu_track = workers;
+    p->frame_name = kd_trace_intern(trace, "frame", "frame");
+    p->job_name = kd_trace_intern(trace, "job", "job");
+    for (uint32_t i = 0; i < p->zone_count; i++) {
+        p->zones[i].zone_name = kd_trace_intern(trace, p->zones[i].name, p->zones[i].phase);
+        snprintf(text, sizeof text, "%s (part)", p->zones[i].name);
+        p->zones[i].part_name = kd_trace_intern(trace, text, "job");
+    }
+    p->trace = trace;
+    return KD_OK;
+}
+
+void kd_profile_job_begin(void *profile, uint32_t worker, uint32_t label)
+{
+    kd_profile *p = profile;
+    bool known = label > 0 && label <= p->zone_count;
+    kd_trace_begin(p->trace, worker, known ? p->zones[label - 1].part_name : p->job_name, kd_clock_ns());
+}
+
+void kd_profile_job_end(void *profile, uint32_t worker, uint32_t label)
+{
+    (void)label;
+    kd_trace_end(((kd_profile *)profile)->trace, worker, kd_clock_ns());
+}
+
+void kd_profile_gpu_zone(kd_profile *p, uint32_t system, uint64_t start_ns, uint64_t end_ns)
+{
+    assert(system < p->zone_count);
+    if (p->trace)
+        kd_trace_zone(p->trace, p->gpu_track, p->zones[system].zone_name, start_ns, end_ns);
+}
+
+void kd_profile_gpu_pass(kd_profile *p, uint32_t name, uint64_t start_ns, uint64_t end_ns)
+{
+    if (p->trace)
+        kd_trace_zone(p->trace, p->gpu_track, name, start_ns, end_ns);
+}
+
+uint32_t kd_profile_pass_name(kd_profile *p, const char *name)
+{
+    return p->trace ? kd_trace_intern(p->trace, name, "pass") : 0;
+}
+
+uint32_t kd_profile_counter_name(kd_profile *p, const char *name)
+{
+    return p->trace ? kd_trace_intern(p->trace, name, PROFILE_COUNTERS) : 0;
+}
+
+void kd_profile_counter(kd_profile *p, uint32_t counter, double value)
+{
+    if (p->trace && counter)
+        kd_trace_counter(p->trace, counter, value, kd_clock_ns());
+}
+
+kd_status kd_profile_write_trace(kd_profile *p, const char *path)
+{
+    assert(p->trace);
+    kd_trace_sort(p->trace);
+    if (kd_trace_dropped(p->trace))
+        kd_log(KD_LOG_WARNING, "%s: the run was too long for one timeline; its last %llu events are missing",
+               path, (unsigned long long)kd_trace_dropped(p->trace));
+    return kd_path_has_extension(path, ".pftrace") ? profile_write_perfetto(p->trace, path)
+                                                   : profile_write_chrome(p, p->trace, path);
 }
 
 void kd_profile_gpu(kd_profile *p, uint32_t system, uint64_t ns)
@@ -220,6 +315,16 @@ kd_profile_stats kd_profile_frame_stats(const kd_profile *p)
     for (uint32_t i = 0; i < p->zone_count; i++)
         stats.bytes += p->zones[i].bytes;
     return stats;
+}
+
+profile_samples profile_system_samples(const kd_profile *p, uint32_t system)
+{
+    const system_zone *zone = &p->zones[system < p->zone_count ? system : 0];
+    const series *s = system == p->zone_count ? &p->frame_times
+                      : zone->gpu_times.count ? &zone->gpu_times
+                                              : &zone->cpu_times;
+    bool full = s->count > s->capacity;
+    return (profile_samples){s->ns, full ? s->count % s->capacity : 0, full ? s->capacity : s->count};
 }
 
 uint32_t profile_system_count(const kd_profile *p)

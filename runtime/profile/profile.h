@@ -11,6 +11,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "runtime/core/status.h"
+
 struct kd_json;
 
 typedef struct kd_profile kd_profile;
@@ -55,6 +57,26 @@ typedef struct kd_profile_counts {
 /** Feed the counts of a system so far. */
 void kd_profile_count(kd_profile *p, uint32_t system, const kd_profile_counts *counts);
 
+/* ---- the timeline: for --profile FILE; see trace.h ---- */
+
+/** Keep every zone from now on, for this many workers. Errors NO_MEMORY */
+kd_status kd_profile_trace(kd_profile *p, uint32_t workers);
+/** Begin and end a job on a worker; `label` is the number of the system that it works for plus one, 0:
+ * unknown. Both serve as hooks of a pool of jobs. */
+void kd_profile_job_begin(void *profile, uint32_t worker, uint32_t label);
+void kd_profile_job_end(void *profile, uint32_t worker, uint32_t label);
+/** Record when the GPU ran a system, on the CPU's clock. Threading: the GPU lane. */
+void kd_profile_gpu_zone(kd_profile *p, uint32_t system, uint64_t start_ns, uint64_t end_ns);
+/** The same for a part of a system; the name is got once. */
+uint32_t kd_profile_pass_name(kd_profile *p, const char *name);
+void kd_profile_gpu_pass(kd_profile *p, uint32_t name, uint64_t start_ns, uint64_t end_ns);
+/** Record a counter's value; the name is got once. Threading: the thread that makes frames. */
+uint32_t kd_profile_counter_name(kd_profile *p, const char *name);
+void kd_profile_counter(kd_profile *p, uint32_t counter, double value);
+/** Write the timeline: Perfetto's format when the path ends in .pftrace, else Chrome's JSON. Nothing may be
+ * recorded after. Errors as kd_file_write */
+kd_status kd_profile_write_trace(kd_profile *p, const char *path);
+
 /* ---- results ---- */
 
 typedef struct kd_profile_stats {
@@ -74,6 +96,11 @@ kd_profile_stats kd_profile_frame_stats(const kd_profile *p);
 
 /** Write the table: systems in order, a line for the whole frame, how it was measured. */
 void kd_profile_write_table(const kd_profile *p, FILE *out);
+/** Write which systems became slower or faster since the run that wrote the timeline `old_path` (JSON), by a
+ * test that heeds noise: see compare.c. Errors as kd_file_read, BAD_FORMAT */
+kd_status kd_profile_compare(const kd_profile *p, const char *old_path, FILE *out);
+/** Tell before a run whether that file can be read. Errors as kd_profile_compare */
+kd_status kd_profile_check_old(const char *old_path);
 /** Write the members "frame_ms" and "systems" into the object that is open in `json`. */
 void kd_profile_write_json(const kd_profile *p, struct kd_json *json);
 
