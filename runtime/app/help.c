@@ -49,7 +49,7 @@ static void print_choices(const kd_setting_row *row) {
     } else if (row->type == KD_SETTING_BOOL) {
         printf("on|off");
     } else {
-        printf("%.9g … %.9g", row->min, row->max);
+        printf("%.10g … %.10g", row->min, row->max);
     }
     printf("%s%s", row->unit ? " " : "", row->unit ? row->unit : "");
 }

@@ -61,7 +61,8 @@ static kd_status stage_open(stage *s, const app_options *o)
     s->schedule = kd_schedule_make(s->world, s->jobs, s->gpu);
     status = s->schedule ? app_import_systems(s->schedule) : kd_fail(KD_NO_MEMORY, "out of memory");
     if (status == KD_OK)
-        status = app_timing_open(&s->timing, s->schedule, s->gpu, APP_TIMING_OFF);
+        status = app_timing_open(
+            &s->timing, &(app_timing_desc){.schedule = s->schedule, .gpu = s->gpu, .mode = APP_TIMING_OFF});
     return status == KD_OK ? kd_schedule_init(s->schedule) : status;
 }
 

@@ -146,7 +146,7 @@ static void mistakes_give_one_message_that_helps(void **state) {
         {"run a.lua --set voxels.span", "KEY=VALUE"},
         {"run a.lua --set voxels.spam=3", "voxels.span"},
         {"run a.lua --set voxels.span=-3", "voxels.span"},
-        {"run a.lua --profile trace.pftrace", "table"},
+        {"run a.lua --profile trace.txt", "FILE.pftrace"},
         {"run a.lua --quiet=1", "takes no value"},
         {"run a.lua --graph g.png", ".dot or .svg"},
         {"info a.glb --frames 3", "takes none"},
