@@ -10,6 +10,9 @@ KD_COMPONENT_DEFINE(bench_health, "health", KD_FIELD(bench_health, now, KD_I32, 
                     KD_FIELD(bench_health, most, KD_I32, NULL, "points at most"));
 KD_COMPONENT_DEFINE(bench_extra, "extra", KD_FIELD(bench_extra, value, KD_F32, NULL, "a value"));
 
+KD_COMPONENT_DEFINE_FLAGS(bench_sparse, "sparse", KD_COMPONENT_SPARSE,
+                          KD_FIELD(bench_sparse, value, KD_F32, NULL, "a value"));
+
 kd_world *bench_world(bench_run *run) {
     kd_world *w = run->status == KD_OK ? kd_world_make() : NULL;
     if (!w)

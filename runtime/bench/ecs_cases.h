@@ -20,6 +20,10 @@ typedef struct bench_health {
 typedef struct bench_extra {
     float value;
 } bench_extra;
+typedef struct bench_sparse { /* beside the tables */
+    float value;
+} bench_sparse;
+KD_COMPONENT_DECLARE(bench_sparse);
 KD_COMPONENT_DECLARE(bench_position);
 KD_COMPONENT_DECLARE(bench_velocity);
 KD_COMPONENT_DECLARE(bench_health);

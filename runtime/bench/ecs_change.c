@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "runtime/bench/ecs_cases.h"
+#include "runtime/ecs/instance.h"
 #include "runtime/ecs/snapshot.h"
 
 /* ---- making ---- */
@@ -98,6 +99,25 @@ static void bench_destroy(bench_run *run, uint32_t n, kd_entity *e, bool random)
     bench_report(&b);
 }
 
+/* All that have a position, by query. */
+static void bench_destroy_bulk(bench_run *run, uint32_t n, kd_entity *e) {
+    bench b = bench_begin(run, "destroy_bulk", n, "ns/entity", n);
+    while (bench_wanted(run, b.name) && bench_more(&b)) {
+        kd_world *w = bench_world(run);
+        if (!w)
+            return;
+        bench_fill(w, e, n);
+        kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_WITH(bench_position)}});
+        bench_start(&b);
+        kd_status status = q ? kd_destroy_query(q) : KD_NO_MEMORY;
+        bench_stop(&b);
+        if (status != KD_OK)
+            bench_fail(run);
+        kd_world_destroy(w);
+    }
+    bench_report(&b);
+}
+
 static void bench_add_remove(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
     bench add = bench_begin(run, "add1", n, "ns/entity", n);
     bench remove = bench_begin(run, "remove1", n, "ns/entity", n);
@@ -109,6 +129,23 @@ static void bench_add_remove(bench_run *run, kd_world *w, uint32_t n, const kd_e
         bench_start(&remove);
         for (uint32_t i = 0; i < n; i++)
             kd_remove(w, e[i], bench_extra);
+        bench_stop(&remove);
+    }
+    bench_report(&add);
+    bench_report(&remove);
+}
+
+static void bench_sparse_add_remove(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
+    bench add = bench_begin(run, "add1_sparse", n, "ns/entity", n);
+    bench remove = bench_begin(run, "remove1_sparse", n, "ns/entity", n);
+    while (bench_more(&add)) {
+        bench_start(&add);
+        for (uint32_t i = 0; i < n; i++)
+            kd_add(w, e[i], bench_sparse);
+        bench_stop(&add);
+        bench_start(&remove);
+        for (uint32_t i = 0; i < n; i++)
+            kd_remove(w, e[i], bench_sparse);
         bench_stop(&remove);
     }
     bench_report(&add);
@@ -168,12 +205,15 @@ static void bench_deferred_delete(bench_run *run, kd_world *w, uint32_t n, kd_en
 void bench_ecs_change(bench_run *run, uint32_t n, kd_entity *e) {
     bench_destroy(run, n, e, false);
     bench_destroy(run, n, e, true);
+    bench_destroy_bulk(run, n, e);
     kd_world *w = bench_world(run);
     if (!w)
         return;
     bench_fill(w, e, n);
     if (bench_wanted(run, "add1") || bench_wanted(run, "remove1"))
         bench_add_remove(run, w, n, e);
+    if (bench_wanted(run, "add1_sparse") || bench_wanted(run, "remove1_sparse"))
+        bench_sparse_add_remove(run, w, n, e);
     if (bench_wanted(run, "addremove1_each"))
         bench_add_remove_each(run, w, n, e);
     if (bench_wanted(run, "deferred_add_in_iter"))

@@ -76,7 +76,7 @@ static kd_status set_sparse(kd_world *w, kd_entity e, kd_component_id id, const 
 {
     if (!ecs_needs_no_target(w, id))
         return KD_UNSUPPORTED;
-    kd_event event = ecs_side_find(w, id, e.index) ? KD_ON_SET : KD_ON_ADD;
+    kd_event event = w->observed[id] && ecs_side_find(w, id, e.index) ? KD_ON_SET : KD_ON_ADD;
     kd_status status = ecs_side_set(w, id, e, value);
     if (!status)
         ecs_event(w, event, e, id, NULL);
