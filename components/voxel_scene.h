@@ -109,6 +109,9 @@ typedef struct kd_voxel_scene {
     kd_voxel_object *objects;
     uint32_t cache_count, chunk_count, object_count; /* ends of these lists; free entries lie between */
     uint32_t unmade;                     /* caches that are wanted and not made yet */
+    uint32_t voxelize_flags;             /* KD_VOXEL_LEVEL_* of runtime/asset/voxel_file.h: how caches are made */
+    const struct kd_voxel_file *given;   /* looked into before anything is voxelized, or NULL; the setter's */
+    uint32_t given_used;                 /* caches that came out of it */
     kd_ranges voxel_places, binding_places, chunk_places; /* who holds what of the cache buffers and of chunks */
     uint32_t cached_voxels;              /* in living caches */
     float brightest_emission;            /* radiance of KD_EMISSION_ONE */

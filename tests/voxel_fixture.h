@@ -98,6 +98,7 @@ static inline voxel_world voxel_open(voxel_options options) {
     v.frame->settings.voxels_resolution = options.resolution ? (int32_t)options.resolution : 128;
     v.frame->settings.voxels_cascades = options.cascades ? (int32_t)options.cascades : 1;
     v.frame->settings.voxels_span = options.span > 0 ? options.span : 0.02f;
+    v.frame->settings.voxels_cache = false; /* what is tested is made here and now */
     v.frame->settings.svo_layers = options.one_layer ? KD_SVO_LAYERS_ONE : KD_SVO_LAYERS_TWO;
     v.schedule = kd_schedule_make(v.world, NULL, voxel_gpu);
     assert_non_null(v.schedule);

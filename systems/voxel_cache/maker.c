@@ -56,6 +56,16 @@ static bool push_chunk(cache_maker *m, const kd_voxel_chunk *chunk)
     return true;
 }
 
+/* Give back what a chunk has taken, as there is no memory to keep it in mind. */
+static kd_status give_chunk(kd_voxel_scene *scene, const kd_voxel_chunk *chunk)
+{
+    kd_ranges_give(&scene->voxel_places, chunk->first, chunk->count);
+    if (chunk->first_binding != KD_EMPTY)
+        kd_ranges_give(&scene->binding_places, chunk->first_binding, chunk->count);
+    scene->cached_voxels -= chunk->count;
+    return KD_NO_MEMORY;
+}
+
 /* What one cache is made with. */
 typedef struct making {
     kd_gpu *gpu;
@@ -76,11 +86,7 @@ static kd_status make_chunk(const making *m, const cell_box *box)
         voxelizer_run(m->gpu, &m->maker->voxelizer, m->store, m->cache, m->scene, &chunk);
     if (status || chunk.count == 0 || push_chunk(m->maker, &chunk))
         return status;
-    kd_ranges_give(&m->scene->voxel_places, chunk.first, chunk.count);
-    if (chunk.first_binding != KD_EMPTY)
-        kd_ranges_give(&m->scene->binding_places, chunk.first_binding, chunk.count);
-    m->scene->cached_voxels -= chunk.count;
-    return KD_NO_MEMORY;
+    return give_chunk(m->scene, &chunk);
 }
 
 static int longest_axis(const cell_box *box)
@@ -150,19 +156,94 @@ static kd_status upload_chunks(kd_gpu *gpu, kd_voxel_scene *scene, const kd_voxe
     return status;
 }
 
+static kd_status enter(kd_gpu *gpu, cache_maker *maker, kd_voxel_scene *scene, kd_voxel_cache *cache)
+{
+    kd_status status = enter_chunks(maker, scene, cache);
+    return status ? status : upload_chunks(gpu, scene, cache);
+}
+
+static void begin(cache_maker *maker, kd_voxel_cache *cache)
+{
+    maker->count = 0;
+    cache->made = true;
+    cache->chunk_count = cache->voxel_count = 0;
+}
+
 kd_status maker_make(kd_gpu *gpu, cache_maker *maker, const kd_scene_store *store, kd_voxel_scene *scene,
                      kd_voxel_cache *cache)
 {
     const making m = {gpu, maker, store, scene, cache};
     cell_box box = box_of(cache);
-    maker->count = 0;
-    cache->made = true;
-    cache->chunk_count = cache->voxel_count = 0;
-    kd_status status = make_box(&m, &box);
-    kd_status entered = enter_chunks(maker, scene, cache);
-    if (!entered)
-        entered = upload_chunks(gpu, scene, cache);
+    begin(maker, cache);
+    kd_status status = make_box(&m, &box), entered = enter(gpu, maker, scene, cache);
     return status ? status : entered;
+}
+
+/* ---- to and from files ---- */
+
+static kd_status load_block(kd_gpu *gpu, cache_maker *maker, kd_voxel_scene *scene, const voxel_load *load,
+                            uint32_t number)
+{
+    const kd_voxel_file *file = load->file ? load->file : &load->own;
+    const kd_voxel_block *b = &file->blocks[load->level->first_block + number];
+    const size_t at = load->starts[number], n = b->count, word = KD_BINDING_WORDS * 4;
+    kd_voxel_chunk chunk = {.origin = {b->origin[0], b->origin[1], b->origin[2]},
+                            .span = load->level->span,
+                            .size = {b->size[0], b->size[1], b->size[2]}};
+    kd_status status = voxelizer_take(gpu, scene, b->count, load->words.binding ? b->count : 0, &chunk);
+    if (status)
+        return status;
+    kd_gpu_write_buffer(gpu, scene->cache_shape, (size_t)chunk.first * 8, load->words.shape + 2 * at, n * 8);
+    kd_gpu_write_buffer(gpu, scene->cache_color, (size_t)chunk.first * 4, load->words.color + at, n * 4);
+    if (load->words.binding)
+        kd_gpu_write_buffer(gpu, scene->cache_binding, chunk.first_binding * word,
+                            load->words.binding + KD_BINDING_WORDS * at, n * word);
+    return push_chunk(maker, &chunk) ? KD_OK : give_chunk(scene, &chunk);
+}
+
+kd_status maker_load(kd_gpu *gpu, cache_maker *maker, kd_voxel_scene *scene, const voxel_load *load,
+                     kd_voxel_cache *cache)
+{
+    kd_status status = KD_OK;
+    begin(maker, cache);
+    for (uint32_t i = 0; i < load->level->block_count && !status; i++)
+        status = load_block(gpu, maker, scene, load, i);
+    kd_status entered = enter(gpu, maker, scene, cache);
+    return status ? status : entered;
+}
+
+static kd_status write_chunk(kd_gpu *gpu, const kd_voxel_scene *scene, const kd_voxel_chunk *c,
+                             kd_voxel_writer *writer)
+{
+    const size_t n = c->count, word = KD_BINDING_WORDS * 4;
+    bool binds = c->first_binding != KD_EMPTY;
+    uint32_t *memory = malloc(n * 12 + (binds ? n * word : 0));
+    if (!memory)
+        return KD_NO_MEMORY;
+    const kd_voxel_words words = {memory, memory + 2 * n, binds ? memory + 3 * n : NULL};
+    kd_gpu_read_buffer(gpu, scene->cache_shape, (size_t)c->first * 8, words.shape, n * 8);
+    kd_gpu_read_buffer(gpu, scene->cache_color, (size_t)c->first * 4, words.color, n * 4);
+    if (binds)
+        kd_gpu_read_buffer(gpu, scene->cache_binding, c->first_binding * word, words.binding, n * word);
+    const kd_voxel_block block = {.origin = {c->origin.x, c->origin.y, c->origin.z},
+                                  .size = {c->size[0], c->size[1], c->size[2]},
+                                  .count = c->count};
+    kd_status status = kd_voxel_writer_block(writer, &block, &words);
+    free(memory);
+    return status;
+}
+
+kd_status maker_write(kd_gpu *gpu, const kd_voxel_scene *scene, const kd_voxel_cache *cache, kd_voxel_level level,
+                      kd_voxel_writer *writer)
+{
+    level.kind = cache->kind;
+    level.flags = scene->voxelize_flags;
+    level.span = cache->span;
+    memcpy(level.phase, &cache->phase, sizeof level.phase);
+    kd_status status = kd_voxel_writer_level(writer, &level);
+    for (uint32_t i = 0; i < cache->chunk_count && !status; i++)
+        status = write_chunk(gpu, scene, &scene->chunks[cache->first_chunk + i], writer);
+    return status;
 }
 
 kd_status maker_init(kd_gpu *gpu, cache_maker *maker)
