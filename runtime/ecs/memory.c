@@ -146,10 +146,9 @@ void ecs_free(kd_world *w, void *block)
 
 uint32_t ecs_next_capacity(uint32_t capacity, uint32_t need)
 {
-    uint64_t whole = 8; /* the greatest power of two that fits into the capacity */
-    while (whole * 2 <= capacity)
-        whole *= 2;
-    uint64_t next = capacity < 8 ? 8 : capacity < 2048 ? whole * 2 : (capacity / (whole / 4) + 1) * (whole / 4);
+    uint64_t next = capacity < 8      ? 8
+                    : capacity < 2048 ? (uint64_t)capacity * 2
+                                      : (uint64_t)capacity + capacity / 4;
     if (next < need)
         next = need;
     next = next < ECS_CHUNK_ROWS ? next : (next + ECS_CHUNK_ROWS - 1) / ECS_CHUNK_ROWS * ECS_CHUNK_ROWS;

@@ -73,7 +73,7 @@ static void places_note(kd_world *w, const ecs_table *t)
 
 static void places_fini(kd_world *w)
 {
-    for (uint32_t id = 1; id <= ECS_MAX_COMPONENTS && w->head.places; id++)
+    for (uint32_t id = 1; id <= kd_component_count(w) && w->head.places; id++)
         if (w->head.places[id].columns)
             ecs_free(w, w->head.places[id].columns);
     ecs_free(w, w->head.places);
