@@ -7,7 +7,7 @@
 
 /** Make n copies of `prototype` and everything below it, as last children of `parent` (KD_NO_ENTITY: as roots):
  * components, enable bits, names and the order of siblings. A KD_ENTITY field that points into the prototype's
- * subtree points to the same place in the copy; others stay. The prototype may be any living entity.
+ * subtree, and a pair with such a target, points to the same place in the copy; others stay. The prototype may be any living entity.
  *  Shapes  roots: n handles, or NULL
  *  Errors  NOT_FOUND for a dead prototype or parent; UNSUPPORTED, with a message, for a component that owns
  *          something (on_remove): its bytes cannot be copied; OUT_OF_RANGE when it would lie too deep;

@@ -41,6 +41,7 @@ const void *kd_pair_find_id(const kd_world *w, kd_entity source, kd_component_id
 
 void *kd_pair_find_mut_id(kd_world *w, kd_entity source, kd_component_id relation, kd_entity target)
 {
+    ecs_watch_value(w, relation, true);
     void *value = (void *)(uintptr_t)kd_pair_find_id(w, source, relation, target);
     if (value)
         ecs_relation_stamp(w, ecs_relation_of(w, relation));

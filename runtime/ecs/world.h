@@ -72,7 +72,8 @@ kd_entity kd_spawn_child_values(kd_world *w, kd_entity parent, const kd_value *v
  * be NULL. */
 kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *descs,
                      const void *const *columns, uint32_t component_count, kd_entity *out);
-/** Destroy an entity and its children. A dead handle does nothing. */
+/** Destroy an entity and its children, then the sources of relations that cascade (relation.h). A dead handle
+ * does nothing. */
 void kd_destroy(kd_world *w, kd_entity e);
 bool kd_alive(const kd_world *w, kd_entity e);
 /** The lasting handle of a living entity (see kd_commands_spawn), else KD_NO_ENTITY. */
