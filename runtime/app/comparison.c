@@ -76,6 +76,15 @@ void app_pair_fini(app_pair *pair)
     *pair = (app_pair){0};
 }
 
+kd_status app_pair_heat(const app_pair *pair, app_picture *out)
+{
+    kd_status status = app_picture_make(out, pair->test.width, pair->test.height);
+    out->encoded = true;
+    for (size_t i = 0; status == KD_OK && i < (size_t)out->width * out->height; i++)
+        kd_heat_color(pair->map[i], out->rgb + i * 3);
+    return status;
+}
+
 /* ---- the table ---- */
 
 static void print_figure(double value, const char *format, int width)

@@ -30,6 +30,8 @@ typedef struct app_pair {
  * message; fini is still to be called */
 kd_status app_pair_measure(app_pair *pair, float exposure, kd_tonemap curve, bool light);
 void app_pair_fini(app_pair *pair);
+/** Make the picture of its differences. Errors NO_MEMORY with a message */
+kd_status app_pair_heat(const app_pair *pair, app_picture *out);
 
 /* A way of rendering, and what it costs. */
 typedef struct app_row {

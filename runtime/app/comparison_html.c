@@ -6,7 +6,6 @@
 
 #include "runtime/app/comparison.h"
 #include "runtime/app/image_write.h"
-#include "runtime/compare/compare.h"
 #include "runtime/core/color.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
@@ -78,13 +77,9 @@ static kd_status put_image(FILE *out, const app_picture *p, const char *what)
 static kd_status put_heat(FILE *out, const app_pair *pair)
 {
     app_picture heat;
-    kd_status status = app_picture_make(&heat, pair->test.width, pair->test.height);
-    if (status != KD_OK)
-        return status;
-    heat.encoded = true;
-    for (size_t i = 0; i < (size_t)heat.width * heat.height; i++)
-        kd_heat_color(pair->map[i], heat.rgb + i * 3);
-    status = put_image(out, &heat, "difference");
+    kd_status status = app_pair_heat(pair, &heat);
+    if (status == KD_OK)
+        status = put_image(out, &heat, "difference");
     app_picture_fini(&heat);
     return status;
 }

@@ -28,7 +28,8 @@ typedef struct app_output {
 typedef struct app_tracing {
     int64_t frame;  /* -1: the last that --frames, --seconds or the scenario give */
     uint32_t spp;   /* 0: not said */
-    int32_t bounces; /* KD_REFERENCE_ENDLESS: no limit, the default */
+    int32_t bounces; /* KD_REFERENCE_ENDLESS: no limit */
+    bool bounces_said, gathered;
     uint32_t terms; /* bits by kd_reference_term; 0: the final picture alone */
     bool lambert, centre;
     double time_budget_s, noise; /* 0: not said */

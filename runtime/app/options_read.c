@@ -91,13 +91,25 @@ kd_status app_read_spp(app_options *o, const char *text)
     return status;
 }
 
-kd_status app_read_bounces(app_options *o, const char *text)
+static kd_status read_bounces(app_options *o, const char *option, const char *text)
 {
     int64_t value = KD_REFERENCE_ENDLESS;
-    kd_status status =
-        strcmp(text, "inf") == 0 ? KD_OK : app_read_integer("--bounces", text, 0, 4096, &value);
+    kd_status status = strcmp(text, "inf") == 0 ? KD_OK : app_read_integer(option, text, 0, 4096, &value);
     o->tracing.bounces = (int32_t)value;
+    o->tracing.bounces_said = true;
     return status;
+}
+
+kd_status app_read_bounces(app_options *o, const char *text)
+{
+    o->tracing.gathered = false;
+    return read_bounces(o, "--bounces", text);
+}
+
+kd_status app_read_gathers(app_options *o, const char *text)
+{
+    o->tracing.gathered = true;
+    return read_bounces(o, "--gathers", text);
 }
 
 /* Read "a,b,c" as bits by the index of each word. */

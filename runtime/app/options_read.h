@@ -20,6 +20,7 @@ kd_status app_read_path(const char *option, const char *text, const char **out);
 kd_status app_read_frame(app_options *o, const char *text);
 kd_status app_read_spp(app_options *o, const char *text);
 kd_status app_read_bounces(app_options *o, const char *text);
+kd_status app_read_gathers(app_options *o, const char *text);
 kd_status app_read_terms(app_options *o, const char *text);
 kd_status app_read_lambert(app_options *o, const char *text);
 kd_status app_read_pixel(app_options *o, const char *text);

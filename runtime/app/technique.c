@@ -206,10 +206,11 @@ static void describe(const app_traced *t, char *out, size_t size)
 {
     char bounces[32] = "all";
     kd_reference_info info = kd_reference_get_info(t->reference);
-    if (t->options->tracing.bounces >= 0)
-        snprintf(bounces, sizeof bounces, "%d", (int)t->options->tracing.bounces);
-    snprintf(out, size, "path tracing: frame %llu, %u samples a pixel, %s bounces, noise about %.2g relMSE",
-             (unsigned long long)app_tracing_frame(&t->scene, t->options), info.spp, bounces, info.noise);
+    if (t->asked.bounces >= 0)
+        snprintf(bounces, sizeof bounces, "%d", (int)t->asked.bounces);
+    snprintf(out, size, "path tracing: frame %llu, %u samples a pixel, %s %s, noise about %.2g relMSE",
+             (unsigned long long)app_tracing_frame(&t->scene, t->options), info.spp, bounces,
+             t->asked.gathered ? "gathers" : "bounces", info.noise);
 }
 
 /* ---- all of them ---- */
@@ -248,9 +249,60 @@ static void set_gi_times(app_comparison *c)
         c->rows[i].gi_ms = c->rows[i].frame_ms - none->frame_ms;
 }
 
+/* A path in the folder: words joined, with an extension. Errors OUT_OF_RANGE */
+static kd_status report_path(char out[KD_PATH_MAX], const char *folder, const char *who, int term,
+                             const char *rest)
+{
+    char name[96];
+    snprintf(name, sizeof name, "%s_%s%s", who, app_term_words[terms[term].term], rest);
+    return kd_path_join(out, KD_PATH_MAX, folder, name);
+}
+
+static kd_status write_both(const char *folder, const char *who, int term, const app_picture *linear,
+                            const app_picture *shown)
+{
+    char path[KD_PATH_MAX];
+    kd_status status = report_path(path, folder, who, term, ".exr");
+    if (status == KD_OK)
+        status = app_picture_write_exr(path, linear);
+    if (status == KD_OK)
+        status = report_path(path, folder, who, term, ".png");
+    return status == KD_OK ? app_picture_write_png(path, shown, 1, KD_TONEMAP_LINEAR) : status;
+}
+
+static kd_status write_heat(const char *folder, const char *who, int term, const app_pair *pair)
+{
+    char path[KD_PATH_MAX];
+    app_picture heat;
+    kd_status status = app_pair_heat(pair, &heat);
+    if (status == KD_OK)
+        status = report_path(path, folder, who, term, "_flip.png");
+    if (status == KD_OK)
+        status = app_picture_write_png(path, &heat, 1, KD_TONEMAP_LINEAR);
+    app_picture_fini(&heat);
+    return status;
+}
+
+static kd_status write_pictures(const char *folder, const app_comparison *c)
+{
+    kd_status status = KD_OK;
+    for (uint32_t i = 0; i < c->pair_count && status == KD_OK; i++) {
+        const app_pair *p = &c->pairs[i];
+        const char *who = c->rows[i / TERM_COUNT].name;
+        int term = (int)(i % TERM_COUNT);
+        if (i < TERM_COUNT)
+            status = write_both(folder, "reference", term, &p->reference, &p->shown[1]);
+        if (status == KD_OK)
+            status = write_both(folder, who, term, &p->test, &p->shown[0]);
+        if (status == KD_OK)
+            status = write_heat(folder, who, term, p);
+    }
+    return status;
+}
+
 static kd_status write_folder(const char *folder, const app_comparison *c)
 {
-    char path[KD_PATH_MAX], name[96];
+    char path[KD_PATH_MAX];
     kd_status status = kd_folder_make(folder);
     if (status == KD_OK)
         status = kd_path_join(path, sizeof path, folder, "report.json");
@@ -260,18 +312,7 @@ static kd_status write_folder(const char *folder, const app_comparison *c)
         status = kd_path_join(path, sizeof path, folder, "report.html");
     if (status == KD_OK)
         status = app_comparison_write_html(path, c);
-    for (uint32_t i = 0; i < c->pair_count && status == KD_OK; i++) {
-        const app_pair *p = &c->pairs[i];
-        for (int reference = i < TERM_COUNT; reference >= 0 && status == KD_OK; reference--) {
-            const char *word = app_term_words[terms[i % TERM_COUNT].term];
-            snprintf(name, sizeof name, "%s_%s.exr", reference ? "reference" : c->rows[i / TERM_COUNT].name,
-                     word);
-            status = kd_path_join(path, sizeof path, folder, name);
-            if (status == KD_OK)
-                status = app_picture_write_exr(path, reference ? &p->reference : &p->test);
-        }
-    }
-    return status;
+    return status == KD_OK ? write_pictures(folder, c) : status;
 }
 
 static kd_status report(const app_options *o, app_comparison *c)

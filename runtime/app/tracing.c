@@ -164,23 +164,37 @@ static bool show_progress(void *user, uint32_t done, uint32_t spp, double pass_m
     return !app_interrupted();
 }
 
-static kd_status trace_world(kd_world *w, kd_jobs *jobs, const app_options *o, kd_reference **out)
+/* A comparison is fair when both sides count the same light: the setting's, unless the command line says
+ * otherwise. */
+static app_tracing asked_for(const app_traced *t)
 {
-    const app_tracing *t = &o->tracing;
-    kd_status status =
-        kd_reference_open(w, jobs,
-                          &(kd_reference_desc){.spp = t->spp,
-                                               .bounces = t->bounces,
-                                               .seed = o->seed,
-                                               .lambert = t->lambert,
-                                               .centre = t->centre,
-                                               .ambient_occlusion = (t->terms >> KD_REFERENCE_AO & 1) != 0,
-                                               .time_budget_s = t->time_budget_s,
-                                               .noise = t->noise,
-                                               .progress = show_progress},
-                          out);
+    app_tracing asked = t->options->tracing;
+    if (t->options->command == APP_COMPARE && !asked.bounces_said) {
+        asked.bounces = t->scene.settings.light_bounces;
+        asked.gathered = true;
+    }
+    return asked;
+}
+
+static kd_status trace_world(app_traced *t)
+{
+    const app_tracing *a = &t->asked;
+    kd_status status = kd_reference_open(t->world, t->jobs,
+                                         &(kd_reference_desc){
+                                             .spp = a->spp,
+                                             .bounces = a->bounces,
+                                             .gathered = a->gathered,
+                                             .seed = t->options->seed,
+                                             .lambert = a->lambert,
+                                             .centre = a->centre,
+                                             .ambient_occlusion = (a->terms >> KD_REFERENCE_AO & 1) != 0,
+                                             .time_budget_s = a->time_budget_s,
+                                             .noise = a->noise,
+                                             .progress = show_progress,
+                                         },
+                                         &t->reference);
     if (status == KD_OK)
-        status = kd_reference_render(*out);
+        status = kd_reference_render(t->reference);
     app_console_clear();
     return status;
 }
@@ -227,9 +241,10 @@ kd_status app_traced_open(app_traced *t, const app_options *options)
 {
     *t = (app_traced){.options = options};
     kd_status status = open_world(t);
+    t->asked = asked_for(t);
     if (status == KD_OK)
         status = step_to_frame(t);
-    return status == KD_OK ? trace_world(t->world, t->jobs, options, &t->reference) : status;
+    return status == KD_OK ? trace_world(t) : status;
 }
 
 void app_traced_close(app_traced *t)

@@ -17,6 +17,7 @@ uint64_t app_tracing_frame(const app_scene *scene, const app_options *options);
 /* A world brought to a frame by its CPU systems alone, and its path traced picture. */
 typedef struct app_traced {
     const app_options *options;
+    app_tracing asked; /* as the options say, defaults filled in */
     kd_jobs *jobs;
     kd_world *world;
     kd_schedule *schedule;

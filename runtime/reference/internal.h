@@ -218,7 +218,8 @@ typedef struct reference_sample {
 } reference_sample;
 
 typedef struct reference_options {
-    int32_t bounces;
+    int32_t bounces;      /* of directional, point and spot lights; negative: endless */
+    int32_t area_bounces; /* of emitters and sky; with endless ones endless */
     bool centre, ambient_occlusion;
     float ao_falloff, ao_intensity, ao_distance;
     uint64_t seed;

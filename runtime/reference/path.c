@@ -143,30 +143,45 @@ static bool survives(walk *w, float u)
     return true;
 }
 
+/* Tell whether light that is found from here has bounced no more often than it may. */
+static bool within(const walk *w, int32_t bounces)
+{
+    return w->options->bounces < 0 || w->depth <= bounces;
+}
+
+/* What the way out of a corner meets: the sky, or a surface that may shine. Returns whether there is one. */
+static bool arrive(walk *w, reference_surface *s, kd_vec3 l, float pdf)
+{
+    bool area = within(w, w->options->area_bounces);
+    reference_ray ray = {reference_leave(s, l), l, 0, INFINITY};
+    reference_hit hit;
+    w->out->rays++;
+    if (!reference_intersect(w->scene, &ray, false, sampler_hash(w->random, (uint32_t)w->depth), &hit)) {
+        if (area)
+            add_found(w, w->scene->sky);
+        return false;
+    }
+    reference_surface_make(w->scene, &hit, l, s);
+    if (area && !reference_is_black(s->emission))
+        add_found(
+            w, kd_vec3_scale(s->emission, power_heuristic(pdf, reference_emitter_pdf(w->scene, &hit, s, l))));
+    return true;
+}
+
 /* Walk from a surface until the light's last bounce. */
 static void follow(walk *w, reference_surface *s, kd_vec3 v)
 {
-    for (w->depth = 0;; w->depth++) {
+    for (w->depth = 0; within(w, w->options->bounces); w->depth++) {
         float u[4], way[4], pdf;
         kd_vec3 l;
-        reference_hit hit;
         sampler_next(&w->sampler, u);
         sampler_next(&w->sampler, way);
         gather_light(w, s, v, u[3]);
-        gather_emitter(w, s, v, u);
-        if (!scatter(w, s, v, way, &l, &pdf))
+        if (within(w, w->options->area_bounces))
+            gather_emitter(w, s, v, u);
+        else if (w->depth == w->options->bounces)
             return;
-        reference_ray ray = {reference_leave(s, l), l, 0, INFINITY};
-        w->out->rays++;
-        if (!reference_intersect(w->scene, &ray, false, sampler_hash(w->random, (uint32_t)w->depth), &hit)) {
-            add_found(w, w->scene->sky);
-            return;
-        }
-        reference_surface_make(w->scene, &hit, l, s);
-        if (!reference_is_black(s->emission))
-            add_found(w, kd_vec3_scale(s->emission,
-                                       power_heuristic(pdf, reference_emitter_pdf(w->scene, &hit, s, l))));
-        if ((w->options->bounces >= 0 && w->depth == w->options->bounces) || !survives(w, way[3]))
+        if (!scatter(w, s, v, way, &l, &pdf) || !arrive(w, s, l, pdf) || !survives(w, way[3]))
             return;
         v = kd_vec3_scale(l, -1);
     }
@@ -206,6 +221,7 @@ void reference_path(const reference_scene *scene, const reference_options *optio
                                    (float)y + (options->centre ? 0.5f : u[1]));
     if (!reference_intersect(scene, &ray, true, w.random ^ 0x5bd1e995u, &hit)) {
         out->direct = scene->sky;
+        out->ao = 0; /* as the renderer shows what is not there */
         return;
     }
     reference_surface_make(scene, &hit, ray.direction, &s);

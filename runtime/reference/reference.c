@@ -41,6 +41,7 @@ static void read_settings(kd_reference *r, const kd_settings *settings)
 {
     float distance = settings->cones_max_distance;
     r->options = (reference_options){.bounces = r->desc.bounces,
+                                     .area_bounces = r->desc.bounces - (r->desc.gathered ? 1 : 0),
                                      .centre = r->desc.centre,
                                      .ambient_occlusion = r->desc.ambient_occlusion,
                                      .ao_falloff = settings->ao_falloff,

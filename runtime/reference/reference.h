@@ -28,7 +28,8 @@ typedef enum kd_reference_term {
     KD_REFERENCE_INDIRECT, /* radiance: diffuse + specular */
     KD_REFERENCE_DIFFUSE,  /* radiance: indirect light that the first surface reflects diffusely */
     KD_REFERENCE_SPECULAR, /* radiance: indirect light that the first surface reflects specularly */
-    KD_REFERENCE_AO, /* share of the sky that is open, falling off with distance as setting ao.falloff says */
+    KD_REFERENCE_AO,     /* share of the sky that is open, fading with distance as setting ao.falloff says; 0
+                            where     nothing is */
     KD_REFERENCE_ALBEDO, /* base colour, linear */
     KD_REFERENCE_NORMAL, /* shading normal, world space, -1 … 1 mapped to 0 … 1 */
     KD_REFERENCE_DEPTH,  /* m along the viewing axis; 0 where nothing is */
@@ -41,6 +42,8 @@ typedef struct kd_reference_desc {
     uint32_t spp;    /* samples a pixel; 0: 64 */
     int32_t bounces; /* light that bounced more often is left out; 0: what comes straight from lights,
                         emitters and sky */
+    bool gathered;   /* count as a renderer does that gathers lit surfaces `bounces` times: light of emitters
+                        and sky   then bounces once less than that of directional, point and spot lights */
     uint64_t seed;
     bool lambert; /* every material is its base colour, ideally diffuse, lit from both sides; maps are
                      interpolated as they are stored. For comparison with renderers that know no more */

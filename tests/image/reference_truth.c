@@ -78,7 +78,7 @@ static void cornell_box_agrees_after_any_bounces(void **state)
     } cases[] = {{"0", "cornell_0.exr"}, {"1", "cornell_1.exr"}, {"16", "cornell_16.exr"}};
     (void)state;
     for (size_t i = 0; i < 3; i++) {
-        image p = trace(ASSETS "cornell_box/cornell_box.glb", "96x96", "256", cases[i].bounces);
+        image p = trace(ASSETS "cornell_box/cornell_box.glb", "96x96", "192", cases[i].bounces);
         expect_truth(p, cases[i].truth);
         image_free(&p);
     }
@@ -103,7 +103,7 @@ static void sponza_agrees_after_any_bounces(void **state)
     } cases[] = {{"1", "sponza_1.exr"}, {"8", "sponza_8.exr"}};
     (void)state;
     for (size_t i = 0; i < 2; i++) {
-        image p = trace(image_scenario("sponza.lua", "%s", sponza), "96x54", "256", cases[i].bounces);
+        image p = trace(image_scenario("sponza.lua", "%s", sponza), "96x54", "128", cases[i].bounces);
         for (size_t k = 0; k < image_count(p); k++)
             p.rgb[k] *= sky[k % 3];
         expect_truth(p, cases[i].truth);

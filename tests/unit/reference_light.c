@@ -137,6 +137,11 @@ static void furnace_is_equally_bright_after_every_bounce(void **state)
         f->desc.bounces = n;
         fixture_expect(fixture_mean(f, KD_REFERENCE_FINAL), 2 - pow(0.5, n + 1), 0.003);
     }
+    f->desc.gathered = true; /* light of emitters bounces once less */
+    for (int32_t n = 0; n < 3; n++) {
+        f->desc.bounces = n;
+        fixture_expect(fixture_mean(f, KD_REFERENCE_FINAL), 2 - pow(0.5, n), 0.003);
+    }
     f->desc.bounces = KD_REFERENCE_ENDLESS;
     fixture_expect(fixture_mean(f, KD_REFERENCE_FINAL), 2, 0.003);
     assert_int_equal(f->info.bad_samples, 0);
