@@ -137,6 +137,7 @@ typedef struct reference_ray {
 typedef struct reference_hit {
     uint32_t object, triangle;
     float u, v, t;
+    float map_u, map_v; /* where maps are read: u, v unless the hit stands for a pixel */
 } reference_hit;
 
 /** Find the nearest hit. `seen`: a ray of the camera, which passes through the backs of one-sided surfaces.
@@ -165,6 +166,9 @@ typedef struct reference_surface {
     bool unlit, lambert;
 } reference_surface;
 
+/** Read the maps of a hit where another ray of the same pixel meets the triangle's plane: the mean over a
+ * pixel then has its maps filtered, and its edges not. */
+void reference_hit_spread(const reference_scene *scene, const reference_ray *ray, reference_hit *hit);
 void reference_surface_make(const reference_scene *scene, const reference_hit *hit, kd_vec3 direction,
                             reference_surface *out);
 /** Move a point off its surface, to the side of `direction`, so far that rays do not meet the surface again.

@@ -198,7 +198,7 @@ reference_emitter_sample reference_emitter_choose(const reference_scene *scene, 
         return out;
     const reference_emitter *e = &scene->emitters[find_emitter(scene, u[0])];
     float root = sqrtf(u[1]), b0 = 1 - root, b1 = root * (1 - u[2]);
-    reference_hit hit = {e->object, e->triangle, b1, root - b1, 0};
+    reference_hit hit = {e->object, e->triangle, b1, root - b1, 0, b1, root - b1};
     kd_vec3 p[3];
     reference_triangle(&scene->objects[e->object], e->triangle, p);
     kd_vec3 point = reference_mad(p[0], b0, reference_mad(p[1], b1, kd_vec3_scale(p[2], root - b1)));

@@ -27,14 +27,16 @@ void reference_material_make(const kd_scene_store *store, uint32_t number, bool 
     out->emits = d->emissive.x > 0 || d->emissive.y > 0 || d->emissive.z > 0;
 }
 
+/* `i` is within two sizes of the map, see in_texels: no division is needed. */
 static uint32_t wrapped(int32_t i, uint32_t size, kd_wrap_mode mode)
 {
-    int32_t n = (int32_t)size;
+    int32_t n = (int32_t)size, period = 2 * n;
     if (mode == KD_WRAP_CLAMP)
         return (uint32_t)(i < 0 ? 0 : i >= n ? n - 1 : i);
-    int32_t period = mode == KD_WRAP_MIRROR ? 2 * n : n, r = i % period;
-    r = r < 0 ? r + period : r;
-    return (uint32_t)(r >= n ? period - 1 - r : r);
+    i = i < 0 ? i + period : i >= period ? i - period : i;
+    if (i < n)
+        return (uint32_t)i;
+    return (uint32_t)(mode == KD_WRAP_MIRROR ? period - 1 - i : i - n);
 }
 
 static kd_vec4 texel(const reference_map *m, int32_t x, int32_t y)
@@ -54,11 +56,12 @@ static kd_vec4 mix(kd_vec4 a, kd_vec4 b, float t)
                      a.w + (b.w - a.w) * t};
 }
 
-/* A coordinate in texels; far out it has no fraction left, and must still be a number that fits. */
+/* A coordinate in texels, 0 … twice the size: a mirrored map has a period of two. Far out a float has no
+ * fraction left, and infinity has no texel. */
 static float in_texels(float uv, uint32_t size)
 {
-    float x = (uv - floorf(uv * 0.5f) * 2) * (float)size; /* a mirrored map has a period of two */
-    return x > -1e6f && x < 1e6f ? x : 0;
+    float x = (uv - floorf(uv * 0.5f) * 2) * (float)size;
+    return x >= 0 && x <= 2 * (float)size ? x : 0;
 }
 
 static kd_vec4 sample(const reference_map *m, kd_vec2 uv)

@@ -224,6 +224,10 @@ void reference_path(const reference_scene *scene, const reference_options *optio
         out->ao = 0; /* as the renderer shows what is not there */
         return;
     }
+    if (options->centre) {
+        reference_ray beside = camera_ray(&scene->view, (float)x + u[0], (float)y + u[1]);
+        reference_hit_spread(scene, &beside, &hit);
+    }
     reference_surface_make(scene, &hit, ray.direction, &s);
     out->albedo = s.unlit ? s.shown : s.albedo;
     out->normal = reference_mad(s.normal, 0.5f, (kd_vec3){0.5f, 0.5f, 0.5f});

@@ -122,8 +122,14 @@ bool reference_intersect(const reference_scene *scene, const reference_ray *r, b
     rtcIntersect1(scene->rays, &c.base, &q);
     if (q.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return false;
-    *hit = (reference_hit){q.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? q.hit.instID[0] : q.hit.geomID,
-                           q.hit.primID, q.hit.u, q.hit.v, q.ray.tfar};
+    *hit =
+        (reference_hit){.object = q.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? q.hit.instID[0] : q.hit.geomID,
+                        .triangle = q.hit.primID,
+                        .u = q.hit.u,
+                        .v = q.hit.v,
+                        .t = q.ray.tfar,
+                        .map_u = q.hit.u,
+                        .map_v = q.hit.v};
     return true;
 }
 

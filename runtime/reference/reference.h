@@ -47,7 +47,8 @@ typedef struct kd_reference_desc {
     uint64_t seed;
     bool lambert; /* every material is its base colour, ideally diffuse, lit from both sides; maps are
                      interpolated as they are stored. For comparison with renderers that know no more */
-    bool centre;  /* one ray through the pixel's middle, as the renderer does, instead of its mean */
+    bool centre;  /* edges as of one ray through each pixel's middle, as the renderer draws them, instead of
+                     their mean;  maps are filtered over the pixel all the same */
     bool ambient_occlusion; /* compute KD_REFERENCE_AO: a ray a sample more */
     double time_budget_s;   /* end after this long, samples done so far count; 0: no limit */
     double noise; /* end when the mean relative squared error of the final term is estimated below this; 0:

@@ -108,7 +108,7 @@ static void set_material(const reference_scene *scene, const reference_hit *h, b
 {
     const reference_object *o = &scene->objects[h->object];
     const reference_material *m = &scene->materials[o->material];
-    reference_attributes a = reference_attributes_at(&o->mesh, h->triangle, h->u, h->v);
+    reference_attributes a = reference_attributes_at(&o->mesh, h->triangle, h->map_u, h->map_v);
     kd_vec4 base = reference_base_color(m, &a);
     kd_vec2 mr = reference_metallic_roughness(m, &a);
     out->albedo = (kd_vec3){clamp01(base.x), clamp01(base.y), clamp01(base.z)};
@@ -122,6 +122,21 @@ static void set_material(const reference_scene *scene, const reference_hit *h, b
     out->emission = shines ? reference_emission(m, &a) : (kd_vec3){0, 0, 0};
     if (!scene->lambert)
         out->normal = mapped_normal(o, h, m, &a, out->normal);
+}
+
+/* Source  Moeller and Trumbore 1997, Fast, Minimum Storage Ray/Triangle Intersection */
+void reference_hit_spread(const reference_scene *scene, const reference_ray *ray, reference_hit *hit)
+{
+    kd_vec3 p[3];
+    reference_triangle(&scene->objects[hit->object], hit->triangle, p);
+    kd_vec3 e1 = kd_vec3_sub(p[1], p[0]), e2 = kd_vec3_sub(p[2], p[0]), s = kd_vec3_sub(ray->origin, p[0]);
+    kd_vec3 h = kd_vec3_cross(ray->direction, e2), q = kd_vec3_cross(s, e1);
+    float scale = 1 / kd_vec3_dot(e1, h), u = kd_vec3_dot(s, h) * scale,
+          v = kd_vec3_dot(ray->direction, q) * scale, t = kd_vec3_dot(e2, q) * scale;
+    if (t > 0.5f * hit->t && t < 2 * hit->t) { /* beyond, the pixel reaches the horizon; NaN fails too */
+        hit->map_u = u;
+        hit->map_v = v;
+    }
 }
 
 void reference_surface_make(const reference_scene *scene, const reference_hit *h, kd_vec3 direction,
