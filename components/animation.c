@@ -20,3 +20,18 @@ KD_COMPONENT_DEFINE_DEFAULT(
     KD_FIELD(kd_animation, previous_loop, KD_BOOL, NULL, "whether the clip that is blended out loops"),
     KD_FIELD_RANGE(kd_animation, blend_s, KD_F32, "s", 0, 1000, "length of the cross-fade"),
     KD_FIELD_RANGE(kd_animation, blend_left_s, KD_F32, "s", 0, 1000, "rest of the cross-fade"));
+
+#define LAYER_FIELD(member, kind, unit, doc)                                                                 \
+    KD_FIELD_ARRAY(kd_animation_layers, member, kind, KD_ANIMATION_LAYERS, unit, doc)
+
+KD_COMPONENT_DEFINE(kd_animation_layers, "animation_layers",
+                    LAYER_FIELD(clip, KD_U32, NULL, "clip of the scene store plus one; 0: none"),
+                    LAYER_FIELD(time_s, KD_F32, "s", "time in the clip of the next pose"),
+                    LAYER_FIELD(speed, KD_F32, NULL, "1 is as recorded; negative plays backwards"),
+                    LAYER_FIELD(weight, KD_F32, NULL, "how much of the pose is the layer's, 0 to 1"),
+                    LAYER_FIELD(target, KD_F32, NULL, "weight that it fades to; faded to 0 it ends"),
+                    LAYER_FIELD(fade_s, KD_F32, "s", "rest of the fade"),
+                    LAYER_FIELD(loop, KD_BOOL, NULL,
+                                "start again at the end; otherwise the last pose is held"),
+                    LAYER_FIELD(from, KD_U32, NULL,
+                                "node of the model plus one below which it moves; 0: everywhere"));

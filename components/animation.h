@@ -22,4 +22,18 @@ typedef struct kd_animation {
 } kd_animation;
 KD_COMPONENT_DECLARE(kd_animation); /* default: speed 1, loop */
 
+#define KD_ANIMATION_LAYERS 3
+/* Clips laid over the one of kd_animation on the same root, in this order: each mixes what it moves into the pose. */
+typedef struct kd_animation_layers {
+    uint32_t clip[KD_ANIMATION_LAYERS]; /* as in kd_animation; 0: none */
+    float time_s[KD_ANIMATION_LAYERS];
+    float speed[KD_ANIMATION_LAYERS];
+    float weight[KD_ANIMATION_LAYERS]; /* 0 … 1, now */
+    float target[KD_ANIMATION_LAYERS]; /* weight that it fades to; a layer that has faded to 0 ends */
+    float fade_s[KD_ANIMATION_LAYERS]; /* rest of that fade */
+    bool loop[KD_ANIMATION_LAYERS];
+    uint32_t from[KD_ANIMATION_LAYERS]; /* node of the model, plus one, below which it moves it; 0: everywhere */
+} kd_animation_layers;
+KD_COMPONENT_DECLARE(kd_animation_layers); /* default: none */
+
 #endif

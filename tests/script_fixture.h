@@ -123,6 +123,10 @@ static inline kd_status fixture_play(void *user, kd_entity entity, const kd_scri
     (void)error;
     snprintf(fixture_played, sizeof fixture_played, "%s %d %g %g", play->clip ? play->clip : "-", play->loop,
              (double)play->speed, (double)play->blend_s);
+    size_t used = strlen(fixture_played);
+    if (play->layer)
+        snprintf(fixture_played + used, sizeof fixture_played - used, " layer %u %g %s", play->layer,
+                 (double)play->weight, play->stop ? "stop" : play->from ? play->from : "-");
     return KD_OK;
 }
 

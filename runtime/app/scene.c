@@ -63,18 +63,30 @@ kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out) {
 /* ---- what may be set ---- */
 
 bool app_may_write(const char *component, const char *field) {
-    static const char *const own[] = {"local_matrix",  "world_transform",
-                                      "mesh_instance", "skin_instance",
-                                      "morph_weights", "animation",
-                                      "view",          "frame",
-                                      "gbuffer",       "lighting",
-                                      "gi_targets",    "picture",
-                                      "tree",          "svo",
-                                      "voxel_scene",   NULL};
-    static const char *const fields[] = {
-        "animation.time_s",        "animation.speed",         "animation.loop",
-        "animation.paused",        "morph_weights.weights",   "mesh_instance.hidden",
-        "mesh_instance.no_shadow", "mesh_instance.no_voxels", NULL};
+    static const char *const own[] = {"local_matrix",
+                                      "world_transform",
+                                      "mesh_instance",
+                                      "skin_instance",
+                                      "morph_weights",
+                                      "animation",
+                                      "view",
+                                      "frame",
+                                      "gbuffer",
+                                      "lighting",
+                                      "gi_targets",
+                                      "picture",
+                                      "tree",
+                                      "svo",
+                                      "voxel_scene",
+                                      "animation_layers",
+                                      NULL};
+    static const char *const fields[] = {"animation.time_s",        "animation.speed",
+                                         "animation.loop",          "animation.paused",
+                                         "morph_weights.weights",   "mesh_instance.hidden",
+                                         "mesh_instance.no_shadow", "mesh_instance.no_voxels",
+                                         "animation_layers.time_s", "animation_layers.speed",
+                                         "animation_layers.weight", "animation_layers.target",
+                                         "animation_layers.fade_s", NULL};
     size_t length = strlen(component);
     for (size_t i = 0; fields[i]; i++)
         if (strncmp(fields[i], component, length) == 0 && fields[i][length] == '.' &&
@@ -110,6 +122,7 @@ void app_register_components(kd_world *w) {
     (void)KD_ID(w, kd_skin_instance);
     (void)KD_ID(w, kd_morph_weights);
     (void)KD_ID(w, kd_animation);
+    (void)KD_ID(w, kd_animation_layers);
     (void)KD_ID(w, kd_light);
     (void)KD_ID(w, kd_camera);
 }

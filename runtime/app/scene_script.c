@@ -150,7 +150,16 @@ static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *
 static kd_status play(void *user, kd_entity entity, const kd_script_play *p, kd_script_error *error) {
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
-    kd_status status = kd_scene_play(scene->world, entity, p->clip, p->loop, p->speed, p->blend_s);
+    kd_status status =
+        p->layer ? kd_scene_play_layer(scene->world, entity,
+                                       &(kd_scene_layer){.layer = p->layer,
+                                                         .clip = p->stop ? NULL : p->clip ? p->clip : "",
+                                                         .from = p->from,
+                                                         .loop = p->loop,
+                                                         .speed = p->speed,
+                                                         .weight = p->weight,
+                                                         .blend_s = p->blend_s})
+                 : kd_scene_play(scene->world, entity, p->clip, p->loop, p->speed, p->blend_s);
     app_console_capture(NULL, 0);
     return status;
 }

@@ -87,13 +87,28 @@ static int entity_look_at(lua_State *L) {
 static int entity_play(lua_State *L) {
     kd_entity e = script_check_entity(L, 1);
     kd_script *script = script_of(L);
-    kd_script_play play = {.clip = luaL_optstring(L, 2, NULL), .loop = true, .speed = 1};
+    kd_script_play play = {.clip = luaL_optstring(L, 2, NULL), .loop = true, .speed = 1, .weight = 1};
     if (!lua_isnoneornil(L, 3)) {
         luaL_checktype(L, 3, LUA_TTABLE);
         script_read_play(L, 3, "play", &play);
     }
     script_play(L, e, &play);
-    script_clip_started(script, e);
+    if (!play.layer)
+        script_clip_started(script, e);
+    lua_settop(L, 1);
+    return 1;
+}
+
+/* e:stop(layer, seconds): fade a layer out. */
+static int entity_stop(lua_State *L) {
+    kd_entity e = script_check_entity(L, 1);
+    lua_Integer layer = luaL_checkinteger(L, 2);
+    double blend_s = luaL_optnumber(L, 3, 0);
+    if (layer < 1 || layer > 3)
+        return luaL_error(L, "layer %I does not exist; choose 1, 2 or 3, or pause by e.animation.paused = true",
+                          (LUAI_UACINT)layer);
+    script_check_range(L, "the time of e:stop", blend_s, 0, 3600);
+    script_play(L, e, &(kd_script_play){.layer = (uint32_t)layer, .stop = true, .blend_s = (float)blend_s});
     lua_settop(L, 1);
     return 1;
 }
@@ -194,8 +209,9 @@ const script_function script_entity_methods[] = {
      "show a component to systems or hide it, where it allows that"},
     {"look_at", entity_look_at, "e:look_at(point or entity)",
      "turn it so that its -z points there; both below the same parent"},
-    {"play", entity_play, "e:play(\"clip\", { loop, speed, blend })",
-     "play a clip of its model from the start"},
+    {"play", entity_play, "e:play(\"clip\", { loop, speed, blend, layer, weight, from })",
+     "play a clip of its model from the start; with layer = 1 to 3 lay it over the pose, below node `from` alone"},
+    {"stop", entity_stop, "e:stop(layer, seconds)", "fade a layer out"},
     {"on_clip", script_on_clip, "e:on_clip(\"clip\", time, f)",
      "call f(e) whenever its animation passes that time of the clip; returns a task"},
     {"clone", entity_clone, "e:clone { name, parent, component = {…} }", "copy it and what hangs below it"},

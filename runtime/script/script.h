@@ -47,6 +47,10 @@ typedef struct kd_script_play {
     bool loop;
     float speed;   /* 1 is as recorded */
     float blend_s; /* length of the cross-fade */
+    uint32_t layer;   /* 0: the pose itself; above that clips are laid over it */
+    bool stop;        /* fade the layer out instead; no clip then */
+    float weight;     /* of a layer, 0 to 1 */
+    const char *from; /* node below which a layer moves the model; NULL: all of it */
 } kd_script_play;
 
 /* The parts of kandil.spawn that are more than component values. */

@@ -3,6 +3,7 @@
 #include "runtime/script/internal.h"
 
 #include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "runtime/core/clock.h"
@@ -135,11 +136,19 @@ void script_set_components(lua_State *L, int table, kd_entity e) {
 }
 
 void script_read_play(lua_State *L, int table, const char *what, kd_script_play *play) {
-    static const char *const keys[] = {"clip", "loop", "speed", "blend", NULL};
+    static const char *const keys[] = {"clip", "loop", "speed", "blend", "layer", "weight", "from", NULL};
     script_check_keys(L, table, what, keys);
     play->loop = script_get_bool(L, table, what, "loop", true);
     play->speed = (float)script_get_number(L, table, what, "speed", 1, -1000, 1000);
     play->blend_s = (float)script_get_number(L, table, what, "blend", 0, 0, 3600);
+    double layer = script_get_number(L, table, what, "layer", 0, 0, 3);
+    if (layer != floor(layer))
+        luaL_error(L, "%s.layer is %f; choose 0, 1, 2 or 3", what, layer);
+    play->layer = (uint32_t)layer;
+    play->weight = (float)script_get_number(L, table, what, "weight", 1, 0, 1);
+    play->from = script_get_string(L, table, what, "from");
+    if (!play->layer && (play->from || play->weight < 1))
+        luaL_error(L, "%s: weight and from are for layers; add layer = 1", what);
 }
 
 static void start_animation(lua_State *L, kd_entity e) {

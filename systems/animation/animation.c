@@ -32,7 +32,9 @@ typedef struct player {
     const kd_clip_desc *clip, *previous; /* previous may be NULL */
     float time_s, previous_time_s;
     float previous_weight;
-    node_pose *nodes, *previous_nodes; /* [model->node_count] */
+    node_pose *nodes, *previous_nodes; /* [model->node_count]; the latter also serve the layers */
+    kd_animation_layers *layers;       /* NULL: none */
+    const kd_clip_desc *layer_clips[KD_ANIMATION_LAYERS];
 } player;
 
 typedef struct animation_state {
@@ -90,16 +92,51 @@ static void blend(node_pose *to, const node_pose *from, uint32_t count, float fr
     }
 }
 
+/* Tell whether the node is `top` or hangs below it. */
+static bool is_below(const kd_model *model, uint32_t node, uint32_t top)
+{
+    while (node != top && node != KD_NONE)
+        node = model->nodes[node].parent;
+    return node == top;
+}
+
+/* Mix what the layer's clip moves into the pose. */
+static void lay_over(const player *p, uint32_t layer, const kd_clip_desc *clip)
+{
+    const kd_animation_layers *layers = p->layers;
+    float weight = layers->weight[layer];
+    const node_pose *from = p->previous_nodes;
+    sample_clip(clip, p->model, layers->time_s[layer], p->previous_nodes);
+    for (uint32_t i = 0; i < p->model->node_count; i++) {
+        node_pose *to = &p->nodes[i];
+        if (!from[i].moves || (layers->from[layer] && !is_below(p->model, i, layers->from[layer] - 1)))
+            continue;
+        if (from[i].moves & MOVES_POSITION)
+            to->pose.position = mix(to->pose.position, from[i].pose.position, weight);
+        if (from[i].moves & MOVES_ROTATION)
+            to->pose.rotation = animation_slerp(to->pose.rotation, from[i].pose.rotation, weight);
+        if (from[i].moves & MOVES_SCALE)
+            to->pose.scale = mix(to->pose.scale, from[i].pose.scale, weight);
+        to->moves |= from[i].moves;
+    }
+}
+
 static void sample_players(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     (void)worker;
     for (uint32_t i = begin; i < end; i++) {
         player *p = (player *)user + i;
-        sample_clip(p->clip, p->model, p->time_s, p->nodes);
-        if (!p->previous)
-            continue;
-        sample_clip(p->previous, p->model, p->previous_time_s, p->previous_nodes);
-        blend(p->nodes, p->previous_nodes, p->model->node_count, p->previous_weight);
+        if (p->clip)
+            sample_clip(p->clip, p->model, p->time_s, p->nodes);
+        else
+            rest_pose(p->model, p->nodes);
+        if (p->previous) {
+            sample_clip(p->previous, p->model, p->previous_time_s, p->previous_nodes);
+            blend(p->nodes, p->previous_nodes, p->model->node_count, p->previous_weight);
+        }
+        for (uint32_t k = 0; k < KD_ANIMATION_LAYERS && p->layers; k++)
+            if (p->layer_clips[k])
+                lay_over(p, k, p->layer_clips[k]);
     }
 }
 
@@ -168,6 +205,8 @@ static void write_node_weights(kd_world *w, kd_entity e, const player *p, uint32
 
 static void write_weights(kd_world *w, const kd_entity *entities, const player *p)
 {
+    if (!p->clip)
+        return;
     for (uint32_t i = 0; i < p->clip->channel_count; i++) {
         const kd_channel_desc *channel = &p->clip->channels[i];
         if (channel->path == KD_PATH_WEIGHTS)
@@ -182,10 +221,28 @@ static void write_weights(kd_world *w, const kd_entity *entities, const player *
 
 /* ---- time ---- */
 
+static void advance_layer(kd_animation_layers *l, uint32_t k, const kd_clip_desc *clip, double dt_s)
+{
+    if (l->weight[k] <= 0 && l->target[k] <= 0) { /* its last traces have been written over */
+        l->clip[k] = 0;
+        return;
+    }
+    l->time_s[k] =
+        animation_wrap((double)l->time_s[k] + dt_s * (double)l->speed[k], clip->duration, l->loop[k]);
+    float share = l->fade_s[k] > (float)dt_s ? (float)dt_s / l->fade_s[k] : 1;
+    l->weight[k] += (l->target[k] - l->weight[k]) * share;
+    l->fade_s[k] = l->fade_s[k] > (float)dt_s ? l->fade_s[k] - (float)dt_s : 0;
+}
+
 static void advance(player *p, float dt_s)
 {
     kd_animation *a = p->animation;
     double dt = a->paused ? 0 : (double)dt_s;
+    for (uint32_t k = 0; k < KD_ANIMATION_LAYERS && p->layers; k++)
+        if (p->layer_clips[k])
+            advance_layer(p->layers, k, p->layer_clips[k], dt);
+    if (!p->clip)
+        return;
     a->time_s = animation_wrap((double)p->time_s + dt * (double)a->speed, p->clip->duration, a->loop);
     if (!a->previous_clip)
         return;
@@ -205,18 +262,36 @@ static const kd_clip_desc *clip_of(const kd_scene_store *store, const kd_animati
     return valid ? store->clips[clip - 1].desc : NULL;
 }
 
-static bool make_player(const kd_scene_store *store, kd_animation *a, player *p)
+static bool find_layers(const kd_scene_store *store, const kd_animation *a, kd_animation_layers *layers,
+                        player *p)
 {
-    const kd_clip_desc *clip = a->model && a->model <= store->model_count ? clip_of(store, a, a->clip) : NULL;
-    if (!clip)
+    bool any = false;
+    for (uint32_t k = 0; k < KD_ANIMATION_LAYERS && layers; k++) {
+        p->layer_clips[k] = clip_of(store, a, layers->clip[k]);
+        any = any || p->layer_clips[k];
+    }
+    p->layers = any ? layers : NULL;
+    return any;
+}
+
+static bool make_player(const kd_scene_store *store, kd_animation *a, kd_animation_layers *layers, player *p)
+{
+    player laid = {0};
+    if (!a->model || a->model > store->model_count)
+        return false;
+    const kd_clip_desc *clip = clip_of(store, a, a->clip);
+    if (!find_layers(store, a, layers, &laid) && !clip)
         return false;
     const kd_model *model = store->models[a->model - 1].model;
     if (a->first_node > store->node_entity_count ||
         model->node_count > store->node_entity_count - a->first_node)
         return false;
-    *p = (player){
-        .animation = a, .model = model, .clip = clip, .previous = clip_of(store, a, a->previous_clip)};
-    p->time_s = animation_wrap((double)a->time_s, clip->duration, a->loop);
+    *p = laid;
+    p->animation = a;
+    p->model = model;
+    p->clip = clip;
+    p->previous = clip ? clip_of(store, a, a->previous_clip) : NULL;
+    p->time_s = clip ? animation_wrap((double)a->time_s, clip->duration, a->loop) : 0;
     if (p->previous) {
         p->previous_time_s =
             animation_wrap((double)a->previous_time_s, p->previous->duration, a->previous_loop);
@@ -234,13 +309,15 @@ static uint32_t collect(const animation_state *state, const kd_scene_store *stor
     uint32_t count = 0;
     for (kd_iter it = kd_query_iter(state->query); kd_iter_next(&it);) {
         kd_animation *animations = KD_COLUMN_MUT(&it, kd_animation, 0);
+        kd_animation_layers *layers = it.columns[1] ? KD_COLUMN_MUT(&it, kd_animation_layers, 1) : NULL;
         for (uint32_t i = 0; i < it.count; i++) {
             player *p = &players[count];
-            if (!make_player(store, &animations[i], p))
+            if (!make_player(store, &animations[i], layers ? &layers[i] : NULL, p))
                 continue;
             p->nodes = KD_ARENA_NEW(scratch, node_pose, p->model->node_count);
-            p->previous_nodes = p->previous ? KD_ARENA_NEW(scratch, node_pose, p->model->node_count) : NULL;
-            if (p->nodes && (!p->previous || p->previous_nodes))
+            bool two = p->previous || p->layers;
+            p->previous_nodes = two ? KD_ARENA_NEW(scratch, node_pose, p->model->node_count) : NULL;
+            if (p->nodes && (!two || p->previous_nodes))
                 count++;
         }
     }
@@ -269,8 +346,9 @@ static void animation_run(kd_system_context *c)
 static kd_status animation_init(kd_system_context *c)
 {
     animation_state *state = c->user;
-    state->query =
-        kd_query_make(c->world, &(kd_query_desc){.terms = {KD_WRITE(kd_animation)}, .name = "animation"});
+    state->query = kd_query_make(
+        c->world, &(kd_query_desc){.terms = {KD_WRITE(kd_animation), KD_OPTIONAL_WRITE(kd_animation_layers)},
+                                   .name = "animation"});
     return state->query ? KD_OK : kd_fail(KD_NO_MEMORY, "out of memory for the animation query");
 }
 
@@ -286,19 +364,20 @@ kd_status kd_animation_import(kd_schedule *s)
     animation_state *state = calloc(1, sizeof *state);
     if (!state)
         return kd_fail(KD_NO_MEMORY, "out of memory for the animation system");
-    kd_status status = kd_schedule_add(
-        s, &(kd_system_desc){
-               .name = "animation",
-               .phase = KD_PHASE_ANIMATE,
-               .where = KD_ON_CPU,
-               .components = {KD_CHANGES(kd_animation), KD_CHANGES(kd_transform),
-                              KD_CHANGES(kd_morph_weights), KD_USES(kd_scene_store), KD_USES(kd_frame)},
-               .no_commands = true,
-               .run = animation_run,
-               .init = animation_init,
-               .fini = animation_fini,
-               .user = state,
-           });
+    kd_status status =
+        kd_schedule_add(s, &(kd_system_desc){
+                               .name = "animation",
+                               .phase = KD_PHASE_ANIMATE,
+                               .where = KD_ON_CPU,
+                               .components = {KD_CHANGES(kd_animation), KD_CHANGES(kd_animation_layers),
+                                              KD_CHANGES(kd_transform), KD_CHANGES(kd_morph_weights),
+                                              KD_USES(kd_scene_store), KD_USES(kd_frame)},
+                               .no_commands = true,
+                               .run = animation_run,
+                               .init = animation_init,
+                               .fini = animation_fini,
+                               .user = state,
+                           });
     if (status != KD_OK)
         free(state);
     return status;

@@ -1,5 +1,5 @@
-/* A copy of what hangs below an entity, with joints, animated nodes and deformed vertices of its own: the store
- * keeps those in lists that the components number, so that copied numbers would drive the original. */
+/* A copy of what hangs below an entity, with joints, animated nodes and deformed vertices of its own: the
+ * store keeps those in lists that the components number, so that copied numbers would drive the original. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -102,8 +102,8 @@ static void mesh_parts(builder *b, const kd_node_desc *node, node_parts *parts)
     const kd_store_mesh *mesh = &b->store->meshes[number];
     bool with_skin = mesh->skinned && node->skin != KD_NONE;
     bool deforms = with_skin || mesh->morph_count;
-    parts->mesh =
-        (kd_mesh_instance){.mesh = number, .deformed = deforms ? scene_add_deformed(b->store, number, with_skin) : 0};
+    parts->mesh = (kd_mesh_instance){
+        .mesh = number, .deformed = deforms ? scene_add_deformed(b->store, number, with_skin) : 0};
     add_value(parts, &kd_mesh_instance_desc, &parts->mesh);
     if (with_skin) {
         parts->skin = (kd_skin_instance){.skin = b->entry->first_skin + node->skin,

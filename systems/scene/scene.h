@@ -40,6 +40,19 @@ kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop
  *  Errors as kd_scene_play */
 kd_status kd_scene_find_clip(kd_world *w, kd_entity root, const char *clip, uint32_t *number, float *length_s);
 
+/** Lay a clip over the instance's pose, fading in over blend_s.
+ *  layer  1 … KD_ANIMATION_LAYERS; what it played before is replaced
+ *  clip   NULL: fade out what it plays
+ *  from   name of the node below which it moves the model; NULL: all of it
+ *  Errors as kd_scene_play, OUT_OF_RANGE for a layer, NOT_FOUND for a node */
+typedef struct kd_scene_layer {
+    uint32_t layer;
+    const char *clip, *from;
+    bool loop;
+    float speed, weight, blend_s;
+} kd_scene_layer;
+kd_status kd_scene_play_layer(kd_world *w, kd_entity root, const kd_scene_layer *play);
+
 /** Copy an entity and what hangs below it, as last child of `parent` (KD_NO_ENTITY: as a root); instances among
  * it move and deform on their own. Errors as kd_instantiate, TOO_LARGE for more vertices than a draw can name */
 kd_status kd_scene_clone(kd_world *w, kd_entity prototype, kd_entity parent, kd_entity *out);

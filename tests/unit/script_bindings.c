@@ -186,6 +186,18 @@ static void animations_and_materials_reach_the_host(void **state) {
                      KD_OK);
     assert_string_equal(fixture_played, "jump 0 1 0.5");
     kd_script_destroy(script);
+    assert_int_equal(fixture_load(w,
+                                  "local e = kandil.spawn{} e:play('wave', {layer = 2, weight = 0.5, from = 'arm'})\n"
+                                  "assert(not pcall(e.play, e, 'wave', {weight = 0.5}))\n"
+                                  "assert(not pcall(e.play, e, 'wave', {layer = 4}))\n"
+                                  "assert(not pcall(e.play, e, 'wave', {layer = 1.5})) assert(not pcall(e.stop, e, 0))",
+                                  &script),
+                     KD_OK);
+    assert_string_equal(fixture_played, "wave 1 1 0 layer 2 0.5 arm");
+    kd_script_destroy(script);
+    assert_int_equal(fixture_load(w, "kandil.spawn{}:stop(1, 0.25)", &script), KD_OK);
+    assert_string_equal(fixture_played, "- 0 0 0.25 layer 1 0 stop");
+    kd_script_destroy(script);
     kd_world_destroy(w);
 }
 

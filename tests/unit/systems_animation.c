@@ -171,6 +171,9 @@ static kd_model *make_model(void)
     uint64_t random = 3;
     kd_model *model = fixture_model();
     kd_node_desc *nodes = fixture_nodes(model, 3);
+    nodes[0].name = "body";
+    nodes[1].name = "arm";
+    nodes[2].name = "face";
     nodes[1].parent = 0;
     nodes[2].mesh = 0;
     kd_primitive_desc *primitive = FIXTURE_NEW(model, kd_primitive_desc, 1);
@@ -308,6 +311,62 @@ static void a_cut_leaves_nothing_of_the_old_clip(void **state)
     assert_float_equal(kd_find(s->world, node(s, 1), kd_transform)->position.y, 8, 0);
 }
 
+/* "jump" at y = 8, laid over "walk": its share is its weight, and what it does not move walks on. */
+static void layers_mix_into_the_pose(void **state)
+{
+    static const float x[] = {0, 1, 2, 3}, fading_in[] = {0, 4, 8, 8}, fading_out[] = {8, 4, 0, 0};
+    stage *s = *state;
+    kd_scene_layer jump = {
+        .layer = 2, .clip = "jump", .loop = true, .speed = 1, .weight = 1, .blend_s = 0.5f};
+    assert_int_equal(kd_scene_play_layer(s->world, s->root, &jump), KD_OK);
+    for (int i = 0; i < 4; i++) {
+        assert_float_equal(step(s, 0).x, x[i], EPSILON);
+        assert_float_equal(kd_find(s->world, node(s, 1), kd_transform)->position.y, fading_in[i], EPSILON);
+    }
+    assert_int_equal(kd_scene_play_layer(s->world, s->root, &(kd_scene_layer){.layer = 2, .blend_s = 0.5f}),
+                     KD_OK);
+    for (int i = 0; i < 4; i++)
+        assert_float_equal(step(s, 1).y, fading_out[i], EPSILON);
+    assert_int_equal(kd_find(s->world, s->root, kd_animation_layers)->clip[1], 0);
+    jump = (kd_scene_layer){.layer = 1, .clip = "jump", .loop = true, .speed = 1, .weight = 0.25f};
+    assert_int_equal(kd_scene_play_layer(s->world, s->root, &jump), KD_OK);
+    assert_float_equal(step(s, 1).y, 2, EPSILON);
+}
+
+static void a_layer_moves_what_hangs_below_its_node(void **state)
+{
+    static const struct {
+        uint32_t from;
+        float y;
+    } rows[] = {{0, 8}, {1, 8}, {2, 0}}; /* node 1, which jumps, hangs below node 0 */
+    stage *s = *state;
+    for (size_t i = 0; i < 3; i++) {
+        kd_scene_layer jump = {.layer = 1, .clip = "jump", .speed = 1, .weight = 1};
+        kd_find_mut(s->world, node(s, 1), kd_transform)->position.y = 0;
+        jump.from = kd_singleton(s->world, kd_scene_store)->models[s->model].model->nodes[rows[i].from].name;
+        if (!jump.from || !*jump.from)
+            fail_msg("node %u has no name", rows[i].from);
+        assert_int_equal(kd_scene_play_layer(s->world, s->root, &jump), KD_OK);
+        assert_float_equal(step(s, 1).y, rows[i].y, EPSILON);
+    }
+    assert_int_equal(kd_scene_play_layer(s->world, s->root, &(kd_scene_layer){.layer = 4, .clip = "jump"}),
+                     KD_OUT_OF_RANGE);
+    assert_int_equal(kd_scene_play_layer(s->world, s->root,
+                                         &(kd_scene_layer){.layer = 1, .clip = "jump", .from = "nobody"}),
+                     KD_NOT_FOUND);
+}
+
+/* Without a clip of its own the instance is laid over its rest. */
+static void a_layer_needs_no_clip_below_it(void **state)
+{
+    stage *s = *state;
+    kd_find_mut(s->world, s->root, kd_animation)->clip = 0;
+    const kd_scene_layer jump = {.layer = 1, .clip = "jump", .speed = 1, .weight = 0.5f};
+    assert_int_equal(kd_scene_play_layer(s->world, s->root, &jump), KD_OK);
+    assert_float_equal(step(s, 1).y, 4, EPSILON);
+    assert_float_equal(step(s, 0).x, 0, 0);
+}
+
 static void weights_follow_their_channel_and_fade(void **state)
 {
     static const float first[] = {0, 0.25f, 0.5f}, second[] = {1, 0.75f, 0.5f};
@@ -385,6 +444,9 @@ int main(void)
         cmocka_unit_test(cubic_rotation_is_unit),
         cmocka_unit_test(one_key_is_held),
         cmocka_unit_test(wrap_loops_and_holds),
+        STAGED(layers_mix_into_the_pose),
+        STAGED(a_layer_moves_what_hangs_below_its_node),
+        STAGED(a_layer_needs_no_clip_below_it),
         STAGED(first_clip_plays_from_its_start_and_loops),
         STAGED(without_loop_the_end_is_held),
         STAGED(negative_speed_plays_backwards),
