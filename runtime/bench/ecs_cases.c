@@ -26,6 +26,24 @@ void bench_fill(kd_world *w, kd_entity *e, uint32_t n) {
                         KD_VAL(bench_velocity, {1, 1, 1}), KD_VAL(bench_health, {10, 10}));
 }
 
+kd_world *bench_fragmented(bench_run *run, uint32_t n, uint32_t bits, kd_entity *e) {
+    static const kd_component_desc extras[8] = {
+        {.name = "x0", .size = 4, .align = 4}, {.name = "x1", .size = 4, .align = 4},
+        {.name = "x2", .size = 4, .align = 4}, {.name = "x3", .size = 4, .align = 4},
+        {.name = "x4", .size = 4, .align = 4}, {.name = "x5", .size = 4, .align = 4},
+        {.name = "x6", .size = 4, .align = 4}, {.name = "x7", .size = 4, .align = 4},
+    };
+    kd_world *w = bench_world(run);
+    if (!w)
+        return NULL;
+    bench_fill(w, e, n);
+    for (uint32_t i = 0; i < n; i++)
+        for (uint32_t c = 0; c < bits; c++)
+            if (i >> c & 1)
+                kd_set_value(w, e[i], (kd_value){&extras[c], NULL});
+    return w;
+}
+
 void bench_shuffle(kd_entity *e, uint32_t n) {
     uint32_t s = 1;
     for (uint32_t i = n - 1; i > 0; i--) {
@@ -68,6 +86,7 @@ kd_status kd_bench_ecs(const kd_bench_desc *desc) {
             bench_ecs_access(&run, n, e);
             bench_ecs_create(&run, n, e);
             bench_ecs_change(&run, n, e);
+            bench_ecs_notice(&run, n, e);
             bench_ecs_snapshot(&run, n, e);
         }
         free(e);

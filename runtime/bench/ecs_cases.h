@@ -33,6 +33,9 @@ KD_COMPONENT_DECLARE(bench_extra);
 kd_world *bench_world(bench_run *run);
 /** Make n entities, one by one. */
 void bench_fill(kd_world *w, kd_entity *e, uint32_t n);
+/** Make a world of n entities with `bits` (up to 8) optional components beside the three, interleaved: 2^bits
+ * archetypes. */
+kd_world *bench_fragmented(bench_run *run, uint32_t n, uint32_t bits, kd_entity *e);
 void bench_shuffle(kd_entity *e, uint32_t n);
 /** Query that writes position (column 0) and reads velocity (column 1). */
 kd_query *bench_moving(kd_world *w);
@@ -46,6 +49,7 @@ void bench_ecs_iterate(bench_run *run, uint32_t n, kd_entity *e);
 void bench_ecs_access(bench_run *run, uint32_t n, kd_entity *e);
 void bench_ecs_create(bench_run *run, uint32_t n, kd_entity *e);
 void bench_ecs_change(bench_run *run, uint32_t n, kd_entity *e);
+void bench_ecs_notice(bench_run *run, uint32_t n, kd_entity *e);
 void bench_ecs_snapshot(bench_run *run, uint32_t n, kd_entity *e);
 void bench_ecs_tree(bench_run *run);
 void bench_ecs_frame(bench_run *run);

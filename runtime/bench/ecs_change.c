@@ -62,6 +62,28 @@ static void bench_create_bulk(bench_run *run, uint32_t n) {
         free(columns[i]);
 }
 
+/* One prototype, copied one by one or in one call. */
+static void bench_copies(bench_run *run, uint32_t n, kd_entity *e, bool bulk) {
+    bench b = bench_begin(run, bulk ? "prefab_inst3_bulk" : "prefab_inst3", n, "ns/entity", n);
+    kd_world *w = bench_wanted(run, b.name) ? bench_world(run) : NULL;
+    if (!w)
+        return;
+    kd_entity one = kd_spawn(w, KD_VAL(bench_position, {1, 2, 3}), KD_VAL(bench_velocity, {1, 2, 3}),
+                             KD_VAL(bench_health, {1, 2}));
+    while (bench_more(&b)) {
+        kd_status status = KD_OK;
+        bench_start(&b);
+        for (uint32_t i = 0; i < (bulk ? 1 : n) && status == KD_OK; i++)
+            status = kd_instantiate(w, one, KD_NO_ENTITY, bulk ? n : 1, &e[i]);
+        bench_stop(&b);
+        if (status != KD_OK)
+            bench_fail(run);
+        kd_destroy_n(w, e, n);
+    }
+    bench_report(&b);
+    kd_world_destroy(w);
+}
+
 static void bench_memory(bench_run *run, uint32_t n, kd_entity *e) {
     kd_world *w = bench_wanted(run, "mem_bytes_per_entity") ? bench_world(run) : NULL;
     if (!w)
@@ -76,6 +98,8 @@ void bench_ecs_create(bench_run *run, uint32_t n, kd_entity *e) {
     bench_create(run, n, e);
     bench_create_again(run, n, e);
     bench_create_bulk(run, n);
+    bench_copies(run, n, e, false);
+    bench_copies(run, n, e, true);
     bench_memory(run, n, e);
 }
 

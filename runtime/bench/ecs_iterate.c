@@ -76,22 +76,10 @@ static void bench_query_split(bench_run *run, uint32_t n, kd_query *q) {
     bench_report(&b);
 }
 
-/* `bits` optional components, interleaved: 2^bits archetypes. */
-static void bench_fragments(bench_run *run, const char *name, uint32_t n, uint32_t bits) {
-    static const char *const names[] = {"x0", "x1", "x2", "x3", "x4", "x5", "x6", "x7"};
-    kd_component_desc extras[8];
-    kd_world *w = bench_wanted(run, name) ? bench_world(run) : NULL;
+static void bench_fragments(bench_run *run, const char *name, uint32_t n, uint32_t bits, kd_entity *e) {
+    kd_world *w = bench_wanted(run, name) ? bench_fragmented(run, n, bits, e) : NULL;
     if (!w)
         return;
-    for (uint32_t c = 0; c < 8; c++)
-        extras[c] = (kd_component_desc){.name = names[c], .size = 4, .align = 4};
-    for (uint32_t i = 0; i < n; i++) {
-        kd_entity e =
-            kd_spawn(w, KD_TAG(bench_position), KD_VAL(bench_velocity, {1, 1, 1}), KD_TAG(bench_health));
-        for (uint32_t c = 0; c < bits; c++)
-            if (i >> c & 1)
-                kd_set_value(w, e, (kd_value){&extras[c], NULL});
-    }
     bench_query(run, name, n, n, bench_moving(w), plain_limit(run, n, 1));
     kd_world_destroy(w);
 }
@@ -118,8 +106,8 @@ void bench_ecs_iterate(bench_run *run, uint32_t n, kd_entity *e) {
             bench_query_split(run, n, bench_moving(w));
         kd_world_destroy(w);
     }
-    bench_fragments(run, "frag8", n, 3);
-    bench_fragments(run, "frag256", n, 8);
+    bench_fragments(run, "frag8", n, 3, e);
+    bench_fragments(run, "frag256", n, 8, e);
     bench_one_of_eight(run, n);
 }
 

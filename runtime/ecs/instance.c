@@ -14,7 +14,11 @@ typedef struct instancing {
     kd_entity *nodes; /* [node_count] */
     uint32_t *slots;  /* open addressing by entity index: k + 1 */
     kd_entity *made;  /* [node_count][n] */
+    kd_entity few_nodes[2], few_made[8]; /* room for the most usual prototypes: nothing is allocated for them */
+    uint32_t few_slots[4];
 } instancing;
+
+#define FEW(array) (sizeof(array) / sizeof *(array))
 
 /* ---- the prototype ---- */
 static uint32_t slot_of(const instancing *in, uint32_t index)
@@ -74,9 +78,11 @@ static kd_status list_nodes(instancing *in, uint32_t root)
     for (in->slot_mask = 1; in->slot_mask < in->node_count; in->slot_mask *= 2) {
     }
     in->slot_mask = in->slot_mask * 2 - 1;
-    in->nodes = ecs_grow(w, NULL, 0, in->node_count * sizeof *in->nodes);
-    in->slots = ecs_grow(w, NULL, 0, (in->slot_mask + 1) * sizeof *in->slots);
-    in->made = ecs_grow(w, NULL, 0, (size_t)total * sizeof *in->made);
+    bool few = in->node_count <= FEW(in->few_nodes);
+    in->nodes = few ? in->few_nodes : ecs_grow(w, NULL, 0, in->node_count * sizeof *in->nodes);
+    in->slots = few ? in->few_slots : ecs_grow(w, NULL, 0, (in->slot_mask + 1) * sizeof *in->slots);
+    in->made =
+        total <= FEW(in->few_made) ? in->few_made : ecs_grow(w, NULL, 0, (size_t)total * sizeof *in->made);
     if (in->made)
         memset(in->made, 0, (size_t)total * sizeof *in->made);
     if (!in->nodes || !in->slots || !in->made)
@@ -87,6 +93,16 @@ static kd_status list_nodes(instancing *in, uint32_t root)
         in->slots[slot_of(in, at)] = k + 1;
     }
     return KD_OK;
+}
+
+static void free_lists(instancing *in)
+{
+    if (in->nodes != in->few_nodes)
+        ecs_free(in->w, in->nodes);
+    if (in->slots != in->few_slots)
+        ecs_free(in->w, in->slots);
+    if (in->made != in->few_made)
+        ecs_free(in->w, in->made);
 }
 
 /* ---- the copies of one node ---- */
@@ -270,9 +286,7 @@ kd_status kd_instantiate(kd_world *w, kd_entity prototype, kd_entity parent, uin
     kd_status status = instantiate(&in, ecs_entities(t)[row].index);
     if (!status && roots)
         memcpy(roots, in.made, n * sizeof *roots);
-    ecs_free(w, in.nodes);
-    ecs_free(w, in.slots);
-    ecs_free(w, in.made);
+    free_lists(&in);
     w->event_hold--;
     ecs_events_settle(w);
     return status;

@@ -52,6 +52,12 @@ static void ecs_gives_every_row_once(void **state) {
         "create3",
         "create3_recycle",
         "create3_bulk",
+        "prefab_inst3",
+        "prefab_inst3_bulk",
+        "create3_onset_observer",
+        "changed_none_per_query",
+        "changed_1of16_scan",
+        "changed_mark_modified",
         "mem_bytes_per_entity",
         "destroy",
         "destroy_random",
@@ -119,7 +125,7 @@ static void a_single_entity_is_a_size_too(void **state) {
     static row_log log;
     (void)state;
     assert_int_equal(kd_bench_ecs(&(kd_bench_desc){.threads = 1, .n = 1, .sink = keep, .user = &log}), KD_OK);
-    assert_int_equal(log.count, 30);
+    assert_int_equal(log.count, 36);
 }
 
 int main(void) {
