@@ -221,8 +221,10 @@ static bool place_entities(builder *b)
     for (uint32_t i = 0; i < b->model->skin_count; i++)
         b->first_joint[i] += first;
     b->first_node = scene_take(&b->in->nodes, &s->node_entity_count, b->model->node_count);
-    memset(s->joint_entities + first, 0, joints * sizeof *s->joint_entities);
-    memset(s->node_entities + b->first_node, 0, b->model->node_count * sizeof *s->node_entities);
+    if (joints) /* a store without skins has no list */
+        memset(s->joint_entities + first, 0, joints * sizeof *s->joint_entities);
+    if (b->model->node_count)
+        memset(s->node_entities + b->first_node, 0, b->model->node_count * sizeof *s->node_entities);
     b->in->instances[b->in->instance_count++] =
         (scene_instance){{b->first_node, b->model->node_count}, {first, joints}};
     return true;
