@@ -16,6 +16,7 @@
 #include "systems/animation/animation.h"
 #include "systems/deform/deform.h"
 #include "systems/hierarchy/hierarchy.h"
+#include "systems/bounce/bounce.h"
 #include "systems/lighting/lighting.h"
 #include "systems/scene/scene.h"
 #include "systems/shadow/shadow.h"
@@ -85,6 +86,7 @@ static inline void voxel_import(kd_schedule *s, bool lit) {
     if (lit) {
         assert_int_equal(kd_shadow_import(s), KD_OK);
         assert_int_equal(kd_lighting_import(s), KD_OK);
+        assert_int_equal(kd_bounce_import(s), KD_OK);
     }
 }
 
@@ -95,6 +97,7 @@ static inline voxel_world voxel_open(voxel_options options) {
     v.frame = kd_singleton(v.world, kd_frame);
     *v.frame = (kd_frame){
         .width = 64, .height = 64, .dt_s = 1.0f / 30, .gi = KD_GI_CONES, .settings = kd_settings_defaults()};
+    v.frame->settings.light_bounces = KD_BOUNCES_ONE;
     v.frame->settings.voxels_resolution = options.resolution ? (int32_t)options.resolution : 128;
     v.frame->settings.voxels_cascades = options.cascades ? (int32_t)options.cascades : 1;
     v.frame->settings.voxels_span = options.span > 0 ? options.span : 0.02f;

@@ -1,6 +1,7 @@
 #include "runtime/app/world_setup.h"
 
 #include "systems/animation/animation.h"
+#include "systems/bounce/bounce.h"
 #include "systems/cone_trace/cone_trace.h"
 #include "systems/debug_view/debug_view.h"
 #include "systems/deferred/deferred.h"
@@ -30,7 +31,7 @@ kd_status app_import_systems(kd_schedule *s)
     static import *const imports[] = {
         kd_scene_import,        kd_animation_import,  kd_hierarchy_import,       kd_deform_import,
         kd_shadow_import,       kd_voxel_objects_import, kd_voxel_cache_import, kd_voxel_pages_import,
-        kd_svo_import,          kd_voxel_transform_import, kd_lighting_import,  kd_deferred_import,
+        kd_svo_import,          kd_voxel_transform_import, kd_lighting_import,  kd_bounce_import, kd_deferred_import,
         kd_cone_trace_import,   kd_debug_view_import, kd_resolve_import,
     };
     return import_all(s, imports, sizeof imports / sizeof *imports);

@@ -10,6 +10,7 @@
 
 #define WORD(name, text) text,
 static const char *const layers_words[] = {KD_SVO_LAYERS_LIST(WORD) NULL};
+static const char *const bounces_words[] = {KD_BOUNCES_LIST(WORD) NULL};
 static const char *const tonemap_words[] = {KD_TONEMAP_LIST(WORD) NULL};
 static const char *const resolution_words[] = {"128", "256", "512", NULL};
 

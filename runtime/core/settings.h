@@ -11,6 +11,7 @@
 #include "runtime/core/status.h"
 
 #define KD_SVO_LAYERS_LIST(X) X(TWO, "two") X(ONE, "one")
+#define KD_BOUNCES_LIST(X)   X(NONE, "0") X(ONE, "1") X(TWO, "2") X(INF, "inf")
 #define KD_TONEMAP_LIST(X)    X(ACES, "aces") X(REINHARD, "reinhard") X(LINEAR, "linear")
 
 typedef enum kd_svo_layers {
@@ -18,6 +19,12 @@ typedef enum kd_svo_layers {
     KD_SVO_LAYERS_LIST(KD_SVO_LAYERS_ENUM)
 #undef KD_SVO_LAYERS_ENUM
 } kd_svo_layers;
+
+typedef enum kd_bounces {
+#define KD_BOUNCES_ENUM(name, text) KD_BOUNCES_##name,
+    KD_BOUNCES_LIST(KD_BOUNCES_ENUM)
+#undef KD_BOUNCES_ENUM
+} kd_bounces;
 
 typedef enum kd_tonemap {
 #define KD_TONEMAP_ENUM(name, text) KD_TONEMAP_##name,
@@ -50,7 +57,7 @@ typedef enum kd_setting_type { KD_SETTING_BOOL, KD_SETTING_I32, KD_SETTING_F32, 
     X(I32, light, shadow_size, 1024, 64, 8192, NULL, "texels", "edge of a shadow map")                       \
     X(I32, light, shadow_cascades, 3, 1, 4, NULL, NULL, "shadow maps of a directional light")                \
     X(F32, light, shadow_distance, 40, 0.1, 1e5, NULL, "m", "distance up to which directional shadows reach") \
-    X(I32, light, bounces, 1, 0, 1, NULL, NULL, "indirect bounces")                                          \
+    X(ENUM, light, bounces, KD_BOUNCES_INF, 0, 3, bounces_words, NULL, "times that light of lamps is reflected before it is seen indirectly") \
     X(F32, view, exposure_ev, 0, -20, 20, NULL, "EV", "exposure; one more doubles the brightness")           \
     X(BOOL, view, auto_exposure, false, 0, 1, NULL, NULL, "choose the exposure from the picture")            \
     X(ENUM, view, tonemap, KD_TONEMAP_ACES, 0, 2, tonemap_words, NULL, "curve from scene light to the screen") \

@@ -1,5 +1,5 @@
 // Light enters the tree: every leaf gets the direct light of all lights through their shadow maps, reflected diffusely, and
-// its own emission. One invocation a leaf slot, eight siblings side by side.
+// its own emission, and sends out again what the dense cell round it has gathered. One invocation a leaf slot, eight siblings side by side.
 // Source: Crassin 2011 and Yalciner 2016, section 3.3.3 (injection into leaves), here for lights of all kinds.
 layout(local_size_x = 64) in;
 
@@ -10,14 +10,16 @@ layout(local_size_x = 64) in;
 #include "shaders/include/cell_attributes.glsl"
 #include "shaders/include/tree_node.glsl"
 #include "shaders/include/lights.glsl"
+#include "shaders/include/bounce.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells, w: 1 when only touched parents are lit
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells, w: 1 when only touched parents are lit; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
 layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };         // static, then dynamic layer
 layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };         // of the dynamic layer
 layout(std430, binding = 3) readonly buffer surface_block { uvec2 surface[]; };    // of static cells, beside their leaves
 layout(std430, binding = 4) readonly buffer emission_block { uvec2 emission[]; };
 layout(std430, binding = 5) readonly buffer dynamic_block { uvec4 dynamic_cells[]; };
 layout(std430, binding = 6) buffer leaves_block { uvec2 leaves[]; };
+layout(binding = KD_UNIT_BOUNCE) uniform usamplerBuffer entries;                  // shaders/shared/bounce.h
 
 // Attributes of a cell from both layers; weight 0 when it is empty.
 cell_attributes load_cell(uint slot, uint code)
@@ -67,6 +69,29 @@ vec3 direct_light(cell_attributes a, vec3 p_ws, float span)
     return sum;
 }
 
+// Irradiance / pi that the cell round a leaf has gathered, stored units: by the squares of the normal's parts from the sides
+// that it faces; from all sides alike where normals of many directions meet.
+vec3 bounced_light(cell_attributes a, uint c, ivec3 cell)
+{
+    if (bounce.y == 0u)
+        return vec3(0.0);
+    ivec3 world_cell = bounce_world_cell(c, cell >> int(tree.info.w));
+    int at = int(bounce_first_entry(c, world_cell));
+    if (texelFetch(entries, at + 7).r != bounce_identity(world_cell) || bounce.x - texelFetch(entries, at + 6).r > bounce.y)
+        return vec3(0.0);
+    float gathered = length(a.normal);
+    vec3 n = gathered > 1e-3 ? a.normal / gathered : vec3(0.0), square = n * n, sum = vec3(0.0);
+    float directed = min(gathered * 2.0, 1.0), weight = 0.0;
+    for (int side = 0; side < 6; side++) {
+        float towards = (side & 1) == 0 ? n[side >> 1] : -n[side >> 1];
+        float faces = square[side >> 1] * (towards >= 0.0 ? 1.0 - 0.5 * a.double_sided : 0.5 * a.double_sided);
+        float w = mix(1.0 / 6.0, faces, directed);
+        sum += w * rgb9e5_unpack(texelFetch(entries, at + side).r);
+        weight += w;
+    }
+    return sum / weight;
+}
+
 uvec2 leaf_of(uint slot, uint code)
 {
     cell_attributes a = load_cell(slot, code);
@@ -76,7 +101,9 @@ uvec2 leaf_of(uint slot, uint code)
     ivec3 cell = cell_unwrap(c, morton_decode(code & ((1u << (3u * tree.info.z)) - 1u)));
     float span = tree.cascade[c].w;
     vec3 p_ws = tree.cascade[c].xyz + (vec3(cell) + 0.5) * span;
-    vec3 radiance = tree.light.y * (a.albedo * (1.0 / 3.14159265) * direct_light(a, p_ws, span) + a.emission * tree.light.x);
+    vec3 lamps = bounce.z != 0u ? direct_light(a, p_ws, span) : vec3(0.0);
+    vec3 radiance = tree.light.y * (a.albedo * (1.0 / 3.14159265) * lamps + a.emission * tree.light.x);
+    radiance += a.albedo * bounced_light(a, c, cell);
     float depth = FULL_DEPTH * min(float(a.weight) / 256.0, 1.0);
     return leaf_pack(leaf_value(radiance, a.normal, depth, a.double_sided > 0.5));
 }

@@ -34,5 +34,6 @@
 #define KD_UNIT_TREE_NODES 12    /* usamplerBuffer: node words of the sparse levels between dense cells and leaves */
 #define KD_UNIT_TREE_LEAVES 13   /* usamplerBuffer: radiance and optical depth of leaves, eight siblings at a time */
 #define KD_UNIT_TREE_DATA 14     /* usamplerBuffer: the same, filtered, of the sparse levels between */
+#define KD_UNIT_BOUNCE 15        /* usamplerBuffer: shaders/shared/bounce.h */
 
 #endif

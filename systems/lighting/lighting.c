@@ -1,8 +1,9 @@
-/* System light_inject: direct light and emission enter the leaves of the octree. */
+/* Systems light_inject and light_inject_again: direct light, emission and bounced light enter the leaves of the octree. */
 #include "systems/lighting/lighting.h"
 
 #include <stdlib.h>
 
+#include "components/bounce.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
 #include "components/svo.h"
@@ -13,16 +14,24 @@ typedef struct inject_state {
     kd_gpu_program inject;
 } inject_state;
 
-static void run(kd_system_context *context)
+static void inject(kd_system_context *context, bool send_out)
 {
     const inject_state *state = context->user;
+    const kd_bounce *bounce = kd_singleton(context->world, kd_bounce);
+    bool lamps = kd_singleton(context->world, kd_frame)->settings.light_bounces != KD_BOUNCES_NONE;
     const kd_svo *svo = kd_singleton(context->world, kd_svo);
     const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
     kd_gpu *gpu = context->gpu;
-    if (!svo->leaves.id)
+    bool touched_only = svo->touched_only && !send_out;
+    if (!svo->leaves.id || !bounce->entries.id)
         return;
-    uint32_t pass[4] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2, svo->layer_words, svo->dynamic_room,
-                        svo->touched_only};
+    uint32_t pass[8] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2,
+                        svo->layer_words,
+                        svo->dynamic_room,
+                        touched_only,
+                        bounce->frame,
+                        send_out ? bounce->period * KD_BOUNCE_MAX_TURNS : 0,
+                        lamps};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, pass, sizeof pass);
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
@@ -38,8 +47,24 @@ static void run(kd_system_context *context)
     kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);
     kd_gpu_bind_storage(gpu, 6, svo->leaves);
     kd_gpu_bind_storage(gpu, 7, svo->book);
+    kd_gpu_bind_texture(gpu, KD_UNIT_BOUNCE, bounce->view);
     kd_gpu_dispatch_indirect(gpu, state->inject, svo->counters,
-                             (svo->touched_only ? KD_ARGS_TOUCHED : KD_ARGS_ALL) * 4);
+                             (touched_only ? KD_ARGS_TOUCHED : KD_ARGS_ALL) * 4);
+}
+
+static void run(kd_system_context *context)
+{
+    inject(context, kd_singleton(context->world, kd_bounce)->feeds);
+}
+
+static void run_again(kd_system_context *context)
+{
+    inject(context, true);
+}
+
+static bool injects_again(kd_system_context *context)
+{
+    return kd_frame_needs_voxels(context) && kd_singleton(context->world, kd_bounce)->again;
 }
 
 static kd_status init(kd_system_context *context)
@@ -57,31 +82,46 @@ static void fini(kd_system_context *context)
     free(state);
 }
 
+static kd_system_desc inject_desc(inject_state *state)
+{
+    return (kd_system_desc){
+        .name = "light_inject",
+        .phase = KD_PHASE_LIGHT_INJECT,
+        .where = KD_ON_GPU,
+        .components = {KD_USES(kd_svo), KD_USES(kd_lighting), KD_USES(kd_frame), KD_USES(kd_bounce)},
+        .resources = {{"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                      {"svo.masks", KD_USE_STORAGE_READ},
+                      {"svo.ranks", KD_USE_STORAGE_READ},
+                      {"svo.cells", KD_USE_STORAGE_READ},
+                      {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_INDIRECT},
+                      {"tree.uniform", KD_USE_UNIFORM},
+                      {"lights.uniform", KD_USE_UNIFORM},
+                      {"shadow.maps", KD_USE_SAMPLED},
+                      {"bounce", KD_USE_SAMPLED},
+                      {"tree.leaves", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
+        .run_if = kd_frame_needs_voxels,
+        .no_commands = true,
+        .run = run,
+        .init = init,
+        .fini = fini,
+        .user = state,
+    };
+}
+
 kd_status kd_lighting_import(kd_schedule *s)
 {
     inject_state *state = calloc(1, sizeof *state);
     if (!state)
         return KD_NO_MEMORY;
-    return kd_schedule_add(
-        s, &(kd_system_desc){
-               .name = "light_inject",
-               .phase = KD_PHASE_LIGHT_INJECT,
-               .where = KD_ON_GPU,
-               .components = {KD_USES(kd_svo), KD_USES(kd_lighting), KD_USES(kd_frame)},
-               .resources = {{"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                             {"svo.masks", KD_USE_STORAGE_READ},
-                             {"svo.ranks", KD_USE_STORAGE_READ},
-                             {"svo.cells", KD_USE_STORAGE_READ},
-                             {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_INDIRECT},
-                             {"tree.uniform", KD_USE_UNIFORM},
-                             {"lights.uniform", KD_USE_UNIFORM},
-                             {"shadow.maps", KD_USE_SAMPLED},
-                             {"tree.leaves", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
-               .run_if = kd_frame_needs_voxels,
-               .no_commands = true,
-               .run = run,
-               .init = init,
-               .fini = fini,
-               .user = state,
-           });
+    kd_system_desc desc = inject_desc(state);
+    kd_status status = kd_schedule_add(s, &desc);
+    if (status)
+        return status;
+    desc.name = "light_inject_again";
+    desc.phase = KD_PHASE_BOUNCE_INJECT;
+    desc.run_if = injects_again;
+    desc.run = run_again;
+    desc.init = NULL;
+    desc.fini = NULL;
+    return kd_schedule_add(s, &desc);
 }

@@ -36,6 +36,9 @@ static void filter_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo,
 static void list_dense(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
 {
     uint32_t words = svo->cascades * KD_DENSE_WORDS, pass[4] = {words, 0, 0, 0};
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE); /* light may enter twice in a frame */
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_CHANGED * 4, 4, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current]);

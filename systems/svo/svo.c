@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "components/bounce.h"
 #include "components/frame.h"
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
@@ -244,23 +245,30 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
            });
 }
 
-static kd_status add_filter(kd_schedule *s, svo_state *state)
+static bool filters_again(kd_system_context *context)
+{
+    return kd_frame_needs_voxels(context) && kd_singleton(context->world, kd_bounce)->again;
+}
+
+/* Once for the light that has entered, and once more when bounced light has entered in the same frame. */
+static kd_status add_filter(kd_schedule *s, svo_state *state, bool again)
 {
     return kd_schedule_add(
         s, &(kd_system_desc){
-               .name = "svo_filter",
-               .phase = KD_PHASE_SVO_FILTER,
+               .name = again ? "svo_filter_again" : "svo_filter",
+               .phase = again ? KD_PHASE_BOUNCE_FILTER : KD_PHASE_SVO_FILTER,
                .where = KD_ON_GPU,
-               .components = {KD_USES(kd_svo), KD_USES(kd_frame)},
+               .components = {KD_USES(kd_svo), KD_USES(kd_frame), KD_USES(kd_bounce)},
                .resources = {{"svo.levels", KD_USE_STORAGE_READ},
                              {"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                             {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_INDIRECT},
+                             {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_INDIRECT |
+                                                  KD_USE_COPY_WRITE},
                              {"tree.uniform", KD_USE_UNIFORM},
                              {"tree.nodes", KD_USE_STORAGE_READ},
                              {"tree.leaves", KD_USE_STORAGE_READ},
                              {"tree.data", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
                              {"tree.radiance", KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE}},
-               .run_if = kd_frame_needs_voxels,
+               .run_if = again ? filters_again : kd_frame_needs_voxels,
                .no_commands = true,
                .run = filter,
                .user = state,
@@ -276,6 +284,8 @@ kd_status kd_svo_import(kd_schedule *s)
     if (!status)
         status = add_build(s, state);
     if (!status)
-        status = add_filter(s, state);
+        status = add_filter(s, state, false);
+    if (!status)
+        status = add_filter(s, state, true);
     return status;
 }

@@ -26,7 +26,7 @@ static const char room[] = "kandil.scene { size = {48, 27} }\n"
                            "0.8}, look_at = {0.6, -0.3, -0.8} } }\n";
 
 static image render(double albedo, double intensity, const char *view, const char *output) {
-    image_render(image_scenario("room.lua", room, albedo, albedo, albedo, intensity), "--frames", "1",
+    image_render(image_scenario("room.lua", room, albedo, albedo, albedo, intensity), "--frames", "1", "--set", "light.bounces=1",
                  "--view", view, "--out", image_path(output));
     return image_read(output);
 }

@@ -51,7 +51,7 @@ static image render(const furnace *f, const char *view) {
     snprintf(voxels, sizeof voxels, "voxels.resolution=%s", f->voxels);
     snprintf(cascades, sizeof cascades, "voxels.cascades=%s", f->cascades);
     snprintf(every, sizeof every, "cones.resolution=%s", f->every);
-    image_render(scene, "--frames", "1", "--gi", "cones", "--view", view, "--set", span, "--set", voxels,
+    image_render(scene, "--frames", "1", "--set", "light.bounces=1", "--gi", "cones", "--view", view, "--set", span, "--set", voxels,
                  "--set", cascades, "--set", every, "--out", image_path("furnace.exr"));
     return image_read("furnace.exr");
 }

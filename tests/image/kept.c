@@ -47,7 +47,7 @@ static const char things[] =
     "%s\n";
 
 static image render(const char *scene, const char *frames, const char *layers, const char *output) {
-    image_render(scene, "--frames", frames, "--set", layers, "--out", image_path(output));
+    image_render(scene, "--frames", frames, "--set", "light.bounces=1", "--set", layers, "--out", image_path(output));
     return image_read(output);
 }
 

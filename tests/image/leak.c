@@ -25,7 +25,7 @@ static const char scene[] =
     "0.3, 0} } }\n";
 
 static image render(double wall_m, const char *view) {
-    image_render(image_scenario("closed.lua", scene, wall_m), "--frames", "1", "--view", view, "--out",
+    image_render(image_scenario("closed.lua", scene, wall_m), "--frames", "1", "--set", "light.bounces=1", "--view", view, "--out",
                  image_path("closed.exr"));
     return image_read("closed.exr");
 }

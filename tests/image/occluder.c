@@ -23,7 +23,7 @@ static const char scene[] =
     "end\n";
 
 static image render(const char *output, double from, double to, const char *frames, const char *view) {
-    image_render(image_scenario("box.lua", scene, from, to), "--frames", frames, "--view", view, "--out",
+    image_render(image_scenario("box.lua", scene, from, to), "--frames", frames, "--set", "light.bounces=1", "--view", view, "--out",
                  image_path(output));
     return image_read(output);
 }

@@ -123,7 +123,7 @@ static void set_refuses_values_outside_the_range(void **state)
     assert_refused("voxels.span=inf", "number");
     assert_refused("cones.count=17", "whole number from 3 to 16");
     assert_refused("cones.count=99999999999999999999", "from 3 to 16");
-    assert_refused("light.bounces=2", "from 0 to 1");
+    assert_refused("light.bounces=3", "0, 1, 2 or inf");
 }
 
 static void set_refuses_malformed_values(void **state)

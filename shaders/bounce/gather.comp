@@ -1,0 +1,48 @@
+// Gathers the light that arrives at one side of a dense cell, for the sides that select.comp has listed. The octree that the
+// cones run through holds what leaves sent out with the entries of the frames before.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/cone.glsl"
+#include "shaders/include/bounce.glsl"
+#include "shaders/include/morton.glsl"
+#define KD_ITEMS_ACCESS readonly
+#include "shaders/bounce/items.glsl"
+
+layout(std140, binding = KD_BIND_PASS) uniform pass_block { kd_bounce_params pass; };
+layout(std430, binding = 1) writeonly buffer bounce_block { uint entries[]; };
+
+// Axes x, y, z to a frame whose z is the side's normal.
+vec3 to_side(vec3 v, int side)
+{
+    vec3 turned = side < 2 ? v.zxy : side < 4 ? v.yzx : v;
+    return (side & 1) == 0 ? turned : -turned;
+}
+
+vec3 gather(vec3 origin, int side, float span, uint variant)
+{
+    cone_settings settings = cone_settings(pass.cone.y, pass.cone.z, 0.0);
+    float angle = 0.3926991 * float(variant), c = cos(angle), s = sin(angle); // quarters of the angle between two cones
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < KD_BOUNCE_CONES; i++) {
+        vec3 cone = pass.cones[i].xyz;
+        vec3 direction = to_side(vec3(c * cone.x - s * cone.y, s * cone.x + c * cone.y, cone.z), side);
+        cone_result r = cone_trace(origin, direction, direction, pass.cone.x, 0.25 * span, settings);
+        sum += pass.cones[i].w * (r.radiance + r.transmittance * pass.cone.w);
+    }
+    return sum;
+}
+
+void main()
+{
+    if (gl_GlobalInvocationID.x >= items_count)
+        return;
+    uint item = items[gl_GlobalInvocationID.x], code = item & 0x1FFFFFFFu, cascade = code >> (3 * KD_DENSE_LOG2);
+    int side = int(item >> 29);
+    ivec3 cell = dense_unwrap(cascade, morton_decode(code & ((1u << (3 * KD_DENSE_LOG2)) - 1u)));
+    ivec3 world_cell = bounce_world_cell(cascade, cell);
+    float span = tree.cascade[cascade].w, edge = span * float(tree.info.y / KD_DENSE);
+    vec3 centre = tree.cascade[cascade].xyz + (vec3(cell) + 0.5) * edge;
+    uint variant = uint(world_cell.x + world_cell.y + world_cell.z) & 3u;
+    vec3 light = gather(centre + to_side(vec3(0.0, 0.0, 0.5 * edge + span), side), side, span, variant);
+    entries[bounce_first_entry(cascade, world_cell) + uint(side)] = rgb9e5_pack(light);
+}

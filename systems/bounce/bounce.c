@@ -1,0 +1,178 @@
+/* Systems bounce_prepare and bounce: `light.bounces`. A dense cell gathers, side by side, the light that arrives there; leaves
+ * send it out again when light enters the tree for the next time: in the next frame, and in a frame without a past (or
+ * when exactly two bounces are asked for) at once. */
+#include "systems/bounce/bounce.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "components/bounce.h"
+#include "components/frame.h"
+#include "components/render_targets.h"
+#include "components/svo.h"
+#include "components/tree_access.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/bounce.h"
+
+/* Every cell has its turn in this many frames while light feeds itself. */
+static const uint32_t TURNS = 4;
+
+typedef struct bounce_state {
+    kd_tree_program gather;
+    kd_gpu_program select;
+    kd_gpu_buffer items; /* shaders/bounce/items.glsl */
+} bounce_state;
+
+static const size_t ITEMS_HEAD = 4 * sizeof(uint32_t);
+static const uint32_t MOST_ITEMS = 65535 * 64; /* of one dispatch, everywhere */
+
+static bool keeps_entries(const kd_frame *frame)
+{
+    return frame->settings.light_bounces >= KD_BOUNCES_TWO;
+}
+
+/* Lights that are switched on or off, or flash, start anew: what went round before is of no use. */
+static bool lights_have_jumped(kd_bounce *bounce, float power)
+{
+    float before = bounce->power;
+    bounce->power = power;
+    return fabsf(power - before) > 0.2f * fmaxf(power, before);
+}
+
+static void prepare(kd_system_context *context)
+{
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    const kd_svo *svo = kd_singleton(context->world, kd_svo);
+    kd_bounce *bounce = kd_singleton(context->world, kd_bounce);
+    bool keeps = keeps_entries(frame), endless = frame->settings.light_bounces == KD_BOUNCES_INF;
+    size_t cells = keeps ? (size_t)svo->cascades << (3 * KD_DENSE_LOG2) : 1, size = cells * KD_BOUNCE_WORDS * 4;
+    bool made = !bounce->entries.id || kd_gpu_buffer_size(context->gpu, bounce->entries) != size;
+    if (made) {
+        kd_gpu_destroy_texture(context->gpu, bounce->view);
+        kd_gpu_destroy_buffer(context->gpu, bounce->entries);
+        bounce->entries = kd_gpu_make_buffer(
+            context->gpu, &(kd_gpu_buffer_desc){.size = size, .zeroed = true, .name = "bounce"});
+        bounce->view = kd_gpu_make_texel_buffer(context->gpu, bounce->entries, KD_R32UI);
+        bounce->frame = 2 * KD_BOUNCE_MAX_TURNS * TURNS; /* zeroed entries are old */
+    }
+    bounce->frame++;
+    bool jumped = lights_have_jumped(bounce, kd_singleton(context->world, kd_lighting)->power);
+    bounce->feeds = endless && !made && !jumped;
+    bounce->again = keeps && !bounce->feeds;
+    bounce->period = bounce->feeds ? TURNS : 1;
+}
+
+static bool keeps(kd_system_context *context)
+{
+    return kd_frame_needs_voxels(context) && keeps_entries(kd_singleton(context->world, kd_frame));
+}
+
+static uint32_t room_for_items(const kd_svo *svo)
+{
+    uint64_t sides = 6 * (uint64_t)svo->node_capacity;
+    return sides < MOST_ITEMS ? (uint32_t)sides : MOST_ITEMS;
+}
+
+static struct kd_bounce_params params_of(const kd_settings *s, const kd_svo *svo, const kd_tree *tree,
+                                         const kd_bounce *bounce)
+{
+    struct kd_bounce_params p = {
+        .work = {svo->mask_words[0], svo->mask_first[0], room_for_items(svo), 0},
+        .frame = {bounce->frame, bounce->period, bounce->period * KD_BOUNCE_MAX_TURNS, 0},
+        .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
+                 s->cones_max_distance > 0 ? s->cones_max_distance
+                                           : tree->span_m[tree->cascade_count - 1] * (float)tree->resolution * 1.7320508f,
+                 s->light_ambient * s->cones_intensity},
+    };
+    /* A ring at the polar angle whose cosine is the weighted mean of the hemisphere's, 2/3. */
+    for (int i = 0; i < KD_BOUNCE_CONES; i++) {
+        float azimuth = 6.2831853f * (float)i / KD_BOUNCE_CONES, sine = sqrtf(5.0f) / 3;
+        p.cones[i] = (kd_gl_vec4){sine * cosf(azimuth), sine * sinf(azimuth), 2.0f / 3, 1.0f / KD_BOUNCE_CONES};
+    }
+    return p;
+}
+
+static void run(kd_system_context *context)
+{
+    bounce_state *state = context->user;
+    kd_gpu *gpu = context->gpu;
+    const kd_svo *svo = kd_singleton(context->world, kd_svo);
+    const kd_tree *tree = kd_singleton(context->world, kd_tree);
+    const kd_bounce *bounce = kd_singleton(context->world, kd_bounce);
+    size_t size = ITEMS_HEAD + room_for_items(svo) * sizeof(uint32_t);
+    if (!tree->radiance.id || !bounce->entries.id ||
+        !kd_tree_fit_program(gpu, tree, "shaders/bounce/gather.comp", &state->gather) ||
+        kd_gpu_ensure_buffer(gpu, &state->items, size, 0, "bounce.items") != KD_OK)
+        return;
+    struct kd_bounce_params params =
+        params_of(&kd_singleton(context->world, kd_frame)->settings, svo, tree, bounce);
+    kd_gpu_write_buffer(gpu, state->items, 0, (uint32_t[4]){0, 1, 1, 0}, ITEMS_HEAD);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
+    kd_tree_bind(gpu, tree);
+    kd_gpu_bind_storage(gpu, 0, state->items);
+    kd_gpu_bind_storage(gpu, 1, bounce->entries);
+    kd_gpu_bind_storage(gpu, 2, svo->level_masks[svo->current]);
+    kd_gpu_dispatch(gpu, state->select, (svo->mask_words[0] + 63) / 64, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
+    kd_gpu_dispatch_indirect(gpu, state->gather.program, state->items, 0);
+}
+
+static kd_status init(kd_system_context *context)
+{
+    bounce_state *state = context->user;
+    state->select = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/bounce/select.comp"});
+    return state->select.id ? KD_OK : KD_GPU;
+}
+
+static void fini(kd_system_context *context)
+{
+    bounce_state *state = context->user;
+    kd_bounce *bounce = kd_singleton(context->world, kd_bounce);
+    kd_gpu_destroy_program(context->gpu, state->gather.program);
+    kd_gpu_destroy_program(context->gpu, state->select);
+    kd_gpu_destroy_buffer(context->gpu, state->items);
+    kd_gpu_destroy_texture(context->gpu, bounce->view);
+    kd_gpu_destroy_buffer(context->gpu, bounce->entries);
+    *bounce = (kd_bounce){0};
+    free(state);
+}
+
+kd_status kd_bounce_import(kd_schedule *s)
+{
+    bounce_state *state = calloc(1, sizeof *state);
+    if (!state)
+        return KD_NO_MEMORY;
+    kd_status status = kd_schedule_add(s, &(kd_system_desc){
+                                              .name = "bounce_prepare",
+                                              .phase = KD_PHASE_VOXEL_TRANSFORM,
+                                              .where = KD_ON_GPU,
+                                              .components = {KD_USES(kd_svo), KD_USES(kd_frame), KD_USES(kd_lighting),
+                                                             KD_CHANGES(kd_bounce)},
+                                              .resources = {{"bounce", KD_USE_COPY_WRITE}},
+                                              .run_if = kd_frame_needs_voxels,
+                                              .no_commands = true,
+                                              .run = prepare,
+                                          });
+    if (status)
+        return status;
+    return kd_schedule_add(s, &(kd_system_desc){
+                                  .name = "bounce",
+                                  .phase = KD_PHASE_BOUNCE,
+                                  .where = KD_ON_GPU,
+                                  .components = {KD_USES(kd_svo), KD_USES(kd_tree), KD_USES(kd_frame), KD_USES(kd_bounce)},
+                                  .resources = {{"svo.levels", KD_USE_STORAGE_READ},
+                                                {"tree.uniform", KD_USE_UNIFORM},
+                                                {"tree.radiance", KD_USE_SAMPLED},
+                                                {"tree.nodes", KD_USE_SAMPLED},
+                                                {"tree.leaves", KD_USE_SAMPLED},
+                                                {"tree.data", KD_USE_SAMPLED},
+                                                {"bounce", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
+                                  .run_if = keeps,
+                                  .no_commands = true,
+                                  .run = run,
+                                  .init = init,
+                                  .fini = fini,
+                                  .user = state,
+                              });
+}

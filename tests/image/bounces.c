@@ -1,0 +1,95 @@
+/* Light that is reflected again and again, in a closed room whose walls all glow with 1 and reflect a share of 0.6: what a
+ * wall sends out is a geometric series, whatever the room's shape. */
+#include "tests/image_fixture.h"
+
+#define ALBEDO 0.6
+
+static const char room[] =
+    "kandil.scene { size = {32, 24}, fps = 10 }\n"
+    "local walls = {}\n"
+    "for axis = 1, 3 do\n"
+    "    for side = -1, 1, 2 do\n"
+    "        local size, place = {2.6, 2.6, 2.6}, {0, 0, 0}\n"
+    "        size[axis], place[axis] = 0.3, side * 1.15\n"
+    "        walls[#walls + 1] = kandil.spawn { mesh = { shape = 'box', size = size }, transform = { position = place },\n"
+    "            material = { base_color = {0.6, 0.6, 0.6}, emissive = {%g, %g, %g} } }\n"
+    "    end\n"
+    "end\n"
+    "local lamp = kandil.spawn { light = { type = 'point', intensity = %g }, transform = { position = {0.2, 0.3, 0} } }\n"
+    "function kandil.update(t) if t > 1.15 then lamp.light.intensity = 0 end end\n"
+    "kandil.spawn { camera = { fov_y_deg = 60, z_near = 0.01 },\n"
+    "               transform = { position = {0.1, 0, 0.2}, look_at = {0.3, 0.1, -1} } }\n";
+
+static image render(double glow, double lamp, const char *bounces, const char *frames, const char *view)
+{
+    image_render(image_scenario("room.lua", room, glow, glow, glow, lamp), "--frames", frames, "--set", bounces, "--view", view,
+                 "--out", image_path("room.exr"));
+    return image_read("room.exr");
+}
+
+static double mean(double glow, double lamp, const char *bounces, const char *frames, const char *view)
+{
+    image p = render(glow, lamp, bounces, frames, view);
+    double m = image_mean_all(p);
+    image_free(&p);
+    return m;
+}
+
+/* The rough surface's highlight adds about 1 % of what arrives. */
+static void bounces_are_a_geometric_series(void **state)
+{
+    (void)state;
+    const double a = ALBEDO;
+    double one = mean(1, 0, "light.bounces=1", "1", "final"), two = mean(1, 0, "light.bounces=2", "1", "final");
+    double endless = mean(1, 0, "light.bounces=inf", "40", "final");
+    if (getenv("KD_KEEP_PICTURES"))
+        print_message("1: %.3f of %.3f, 2: %.3f of %.3f, inf: %.3f of %.3f\n", one, 1 + a, two, 1 + a + a * a, endless,
+                      1 / (1 - a));
+    assert_double_near(one / (1 + a), 1, 0.03);
+    assert_double_near(two / (1 + a + a * a), 1, 0.04);
+    assert_double_near(endless * (1 - a), 1, 0.05);
+}
+
+/* Every frame adds light of one more bounce, and all of them stay below what there can be. */
+static void light_grows_to_its_limit_and_not_beyond(void **state)
+{
+    (void)state;
+    const char *frames[] = {"1", "4", "10", "40"};
+    double before = 0;
+    for (int i = 0; i < 4; i++) {
+        double now = mean(1, 0, "light.bounces=inf", frames[i], "final");
+        assert_double_above(now, before * 0.999);
+        assert_double_below(now, 1.05 / (1 - ALBEDO));
+        before = now;
+    }
+}
+
+/* A lamp goes out in frame 12, when its light has gone round for long. */
+static void light_leaves_with_its_lamp(void **state)
+{
+    (void)state;
+    double lit = mean(0, 5, "light.bounces=inf", "12", "indirect"), once = mean(0, 5, "light.bounces=1", "12", "indirect");
+    assert_double_above(lit, 1.3 * once);
+    assert_double_below(mean(0, 5, "light.bounces=inf", "13", "indirect"), 0.1 * lit);
+    assert_double_below(mean(0, 5, "light.bounces=inf", "15", "indirect"), 0.01 * lit);
+    assert_double_near(mean(0, 5, "light.bounces=inf", "23", "indirect"), 0, 0);
+}
+
+/* Without bounces only what shines is seen, straight or in the light that it throws. */
+static void no_bounces_leave_what_shines(void **state)
+{
+    (void)state;
+    assert_double_near(mean(0, 5, "light.bounces=0", "2", "indirect"), 0, 0);
+    assert_double_near(mean(1, 0, "light.bounces=0", "2", "final") / (1 + ALBEDO), 1, 0.03);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bounces_are_a_geometric_series),
+        cmocka_unit_test(light_grows_to_its_limit_and_not_beyond),
+        cmocka_unit_test(light_leaves_with_its_lamp),
+        cmocka_unit_test(no_bounces_leave_what_shines),
+    };
+    return cmocka_run_group_tests(tests, image_setup, image_teardown);
+}
