@@ -22,8 +22,8 @@ static const char room[] =
 
 static image render(double glow, double lamp, const char *bounces, const char *frames, const char *view)
 {
-    image_render(image_scenario("room.lua", room, glow, glow, glow, lamp), "--frames", frames, "--set", bounces, "--view", view,
-                 "--out", image_path("room.exr"));
+    image_render(image_scenario("room.lua", room, glow, glow, glow, lamp), "--frames", frames, "--set", bounces, "--set",
+                 "voxels.cascades=1", "--view", view, "--out", image_path("room.exr"));
     return image_read("room.exr");
 }
 
