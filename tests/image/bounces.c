@@ -23,7 +23,7 @@ static const char room[] =
 static image render(double glow, double lamp, const char *bounces, const char *frames, const char *view)
 {
     image_render(image_scenario("room.lua", room, glow, glow, glow, lamp), "--frames", frames, "--set", bounces, "--set",
-                 "voxels.cascades=1", "--view", view, "--out", image_path("room.exr"));
+                 "voxels.cascades=2", "--view", view, "--out", image_path("room.exr"));
     return image_read("room.exr");
 }
 
