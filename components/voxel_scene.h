@@ -109,6 +109,7 @@ typedef struct kd_voxel_scene {
     kd_voxel_object *objects;
     uint32_t cache_count, chunk_count, object_count; /* ends of these lists; free entries lie between */
     uint32_t unmade;                     /* caches that are wanted and not made yet */
+    bool want_all;                       /* caches of everything in every cascade, wherever it stands: to make files */
     uint32_t voxelize_flags;             /* KD_VOXEL_LEVEL_* of runtime/asset/voxel_file.h: how caches are made */
     const struct kd_voxel_file *given;   /* looked into before anything is voxelized, or NULL; the setter's */
     uint32_t given_used;                 /* caches that came out of it */

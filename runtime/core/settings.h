@@ -40,6 +40,8 @@ typedef enum kd_setting_type { KD_SETTING_BOOL, KD_SETTING_I32, KD_SETTING_F32, 
     X(F32, voxels, span, 0.02f, 1e-4, 100, NULL, "m", "edge of a voxel of the finest cascade")               \
     X(I32, voxels, resolution, 128, 128, 512, resolution_words, "voxels", "voxels a cascade has along an axis") \
     X(I32, voxels, cascades, 3, 1, 4, NULL, NULL, "nested cascades; each doubles the span")                  \
+    X(I32, voxels, separating, 26, 6, 26, separating_words, NULL, "what no path through free cells crosses: by faces (thin) or at all") \
+    X(BOOL, voxels, fill, false, 0, 1, NULL, NULL, "fill closed meshes")                                     \
     X(BOOL, voxels, cache, true, 0, 1, NULL, NULL, "keep voxels on disk for the next start")                   \
     X(ENUM, svo, layers, KD_SVO_LAYERS_TWO, 0, 1, layers_words, NULL, "keep static voxels apart, or rebuild all") \
     X(I32, cones, count, 6, 3, 16, NULL, NULL, "diffuse cones a pixel")                                      \

@@ -74,7 +74,10 @@ void bind(uint voxel, uint bit)
 {
     uvec3 cell = uvec3(bit % pass.chunk_size.x, bit / pass.chunk_size.x % pass.chunk_size.y,
                        bit / (pass.chunk_size.x * pass.chunk_size.y));
-    uint triangle = 0x3FFFFFFu - (nearest[voxel] & 0x3FFFFFFu);
+    uint from = voxel; // inside of a filled mesh: the surface to the left
+    while (from > 0u && nearest[from] == 0u)
+        from--;
+    uint triangle = 0x3FFFFFFu - (nearest[from] & 0x3FFFFFFu);
     uint first = pass.source.x + triangle * 3u;
     uvec3 corner = uvec3(indices[first], indices[first + 1u], indices[first + 2u]);
     uvec3 vertex = corner + pass.source.y;

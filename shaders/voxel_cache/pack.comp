@@ -1,4 +1,5 @@
-// Voxelization, pass 3: one invocation a mask word turns sums into cached voxels, in the order of their cells.
+// Voxelization, pass 3: one invocation a mask word turns sums into cached voxels, in the order of their cells. A voxel without
+// fragments is inside of a filled mesh: it takes its colour from the surface to its left, and no side.
 layout(local_size_x = 64) in;
 
 #include "shaders/shared/voxel.h"
@@ -22,11 +23,18 @@ void pack(uint voxel, uint bit)
 {
     uvec3 cell = uvec3(bit % pass.chunk_size.x, bit / pass.chunk_size.x % pass.chunk_size.y,
                        bit / (pass.chunk_size.x * pass.chunk_size.y));
-    uint at = voxel * 8u;
+    uint from = voxel;
+    while (from > 0u && sums[from * 8u] == 0u)
+        from--;
+    uint at = from * 8u;
     float weight = float(max(sums[at], 1u));
     vec3 albedo = vec3(sums[at + 1u], sums[at + 2u], sums[at + 3u]) / (255.0 * weight);
     vec3 normal = vec3(int(sums[at + 4u]), int(sums[at + 5u]), int(sums[at + 6u])) / (127.0 * weight);
     uint emission = uint(round(float(sums[at + 7u]) / weight));
+    if (from != voxel) {
+        normal = vec3(0.0);
+        emission = 0u;
+    }
     uint out_at = pass.dest.x + voxel;
     shape[out_at] = uvec2(cell_pack(cell), snorm8_pack(normal) | emission << 24);
     color[out_at] = albedo_pack(albedo) | (pass.dest.w & 1u) << 24;

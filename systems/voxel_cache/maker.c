@@ -99,7 +99,7 @@ static int longest_axis(const cell_box *box)
 }
 
 /* Cut the longest axis, at a whole number of chunks as long as there are several, until the parts can be made. */
-static kd_status make_box(const making *m, const cell_box *box)
+static kd_status make_box(const making *m, const cell_box *box, bool whole)
 {
     for (int k = 0; k < 3; k++)
         if (box->high[k] <= box->low[k])
@@ -112,7 +112,9 @@ static kd_status make_box(const making *m, const cell_box *box)
     int64_t half = size > CHUNK_CELLS ? (size / 2 + CHUNK_CELLS - 1) / CHUNK_CELLS * CHUNK_CELLS : size / 2;
     cell_box low = *box, high = *box;
     low.high[axis] = high.low[axis] = box->low[axis] + half;
-    kd_status first = make_box(m, &low), second = make_box(m, &high);
+    if (whole && m->scene->voxelize_flags & KD_VOXEL_LEVEL_FILLED)
+        return KD_UNSUPPORTED; /* what is inside shows in the whole alone */
+    kd_status first = make_box(m, &low, false), second = make_box(m, &high, false);
     return first ? first : second;
 }
 
@@ -175,7 +177,7 @@ kd_status maker_make(kd_gpu *gpu, cache_maker *maker, const kd_scene_store *stor
     const making m = {gpu, maker, store, scene, cache};
     cell_box box = box_of(cache);
     begin(maker, cache);
-    kd_status status = make_box(&m, &box), entered = enter(gpu, maker, scene, cache);
+    kd_status status = make_box(&m, &box, true), entered = enter(gpu, maker, scene, cache);
     return status ? status : entered;
 }
 

@@ -8,7 +8,9 @@
 
 #include "components/material.h"
 #include "runtime/core/log.h"
+#include "runtime/asset/voxel_file.h"
 #include "systems/voxel_cache/columns.h"
+#include "systems/voxel_cache/fill.h"
 
 struct pass_params {
     kd_gl_vec4 chunk_origin;
@@ -51,7 +53,7 @@ void voxelizer_rest(kd_gpu *gpu, voxelizer *v)
 }
 
 static struct pass_params params_of(const kd_scene_store *store, const kd_voxel_cache *cache,
-                                    const kd_voxel_chunk *chunk)
+                                    const kd_voxel_scene *scene, const kd_voxel_chunk *chunk)
 {
     const kd_store_primitive *p = &store->primitives[cache->primitive];
     const kd_store_material *m = &store->materials[cache->material];
@@ -59,7 +61,8 @@ static struct pass_params params_of(const kd_scene_store *store, const kd_voxel_
         .chunk_origin = {chunk->origin.x, chunk->origin.y, chunk->origin.z, chunk->span},
         .chunk_size = {chunk->size[0], chunk->size[1], chunk->size[2], 0},
         .source = {p->first_index, p->base_vertex, p->index_count / 3, p->first_skin_vertex},
-        .dest = {0, 0, cache->kind, m->desc.double_sided ? 1u : 0u},
+        .dest = {0, 0, cache->kind,
+                 (m->desc.double_sided ? 1u : 0u) | (scene->voxelize_flags & KD_VOXEL_LEVEL_THIN ? 2u : 0u)},
     };
     return pass;
 }
@@ -131,6 +134,25 @@ static kd_status mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *sto
     return status;
 }
 
+/* Fill what the marked cells enclose, on the CPU: an option for making files, not for frames. */
+static kd_status fill_inside(kd_gpu *gpu, voxelizer *v, const kd_voxel_chunk *chunk, uint32_t words, uint32_t *count)
+{
+    uint32_t *mask = malloc((size_t)words * sizeof *mask);
+    if (!mask)
+        return KD_NO_MEMORY;
+    kd_gpu_read_buffer(gpu, v->mask, 0, mask, (size_t)words * sizeof *mask);
+    kd_status status = fill_enclosed(mask, chunk->size);
+    if (!status) {
+        kd_gpu_write_buffer(gpu, v->mask, 0, mask, (size_t)words * sizeof *mask);
+        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+        status = kd_gpu_rank_run(gpu, &v->rank, v->mask, 0, words, v->ranks, 0, v->counter, 0);
+        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+        kd_gpu_read_buffer(gpu, v->counter, 0, count, sizeof *count);
+    }
+    free(mask);
+    return status;
+}
+
 static void accumulate(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const struct pass_params *pass)
 {
     bind_triangles(gpu, v, store, pass);
@@ -185,6 +207,8 @@ static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *sto
 {
     uint32_t count = 0;
     kd_status status = mark_cells(gpu, v, store, pass, words, &count);
+    if (!status && count && scene->voxelize_flags & KD_VOXEL_LEVEL_FILLED)
+        status = fill_inside(gpu, v, chunk, words, &count);
     uint32_t bindings = kind == KD_VOXEL_RIGID ? 0 : count;
     if (status || count == 0)
         return status;
@@ -215,7 +239,7 @@ kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, 
         return status == KD_TOO_LARGE ? KD_OUT_OF_RANGE : status;
     uint64_t cells = (uint64_t)chunk->size[0] * chunk->size[1] * chunk->size[2];
     uint32_t words = (uint32_t)((cells + 31) / 32);
-    struct pass_params pass = params_of(store, cache, chunk);
+    struct pass_params pass = params_of(store, cache, scene, chunk);
     pass.chunk_size.w = columns.columns;
     size_t row_bytes = ((size_t)columns.triangles + 1) * 16;
     if (ensure(gpu, &v->columns, row_bytes, "voxelizer.columns"))

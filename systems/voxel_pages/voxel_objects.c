@@ -9,6 +9,7 @@
 #include "components/camera.h"
 #include "components/frame.h"
 #include "components/transform.h"
+#include "runtime/asset/voxel_file.h"
 #include "runtime/core/log.h"
 #include "systems/voxel_pages/objects.h"
 #include "systems/voxel_pages/placement.h"
@@ -39,6 +40,8 @@ static void apply_settings(kd_voxel_scene *scene, const kd_settings *settings)
     scene->resolution = (uint32_t)settings->voxels_resolution;
     scene->resolution_log2 = log2_of(scene->resolution);
     scene->span_m = settings->voxels_span;
+    scene->voxelize_flags = (settings->voxels_separating == 6 ? KD_VOXEL_LEVEL_THIN : 0) |
+                            (settings->voxels_fill ? KD_VOXEL_LEVEL_FILLED : 0);
     scene->one_layer = settings->svo_layers == KD_SVO_LAYERS_ONE;
     for (uint32_t c = 0; c < scene->cascade_count; c++)
         scene->span[c] = scene->span_m * (float)(1u << c);
@@ -119,7 +122,7 @@ static void see_everything(kd_system_context *context, voxel_objects *table, kd_
         if (!mi || mi->no_voxels)
             continue;
         voxel_sight s = sight_of(w, store, &list->draws[i], mi);
-        s.cascades = tiles_whole(scene, &s);
+        s.cascades = scene->want_all ? (1u << scene->cascade_count) - 1 : tiles_whole(scene, &s);
         if (usable(&s) && objects_see(table, scene, &s) != KD_OK) {
             kd_log(KD_LOG_WARNING, "out of memory for voxel objects; indirect light lacks some");
             return;
@@ -133,8 +136,8 @@ static void want_caches(voxel_objects *table, kd_voxel_scene *scene)
     for (uint32_t i = 0; i < scene->object_count; i++) {
         kd_voxel_object *o = &scene->objects[i];
         for (uint32_t c = 0; o->alive && o->seen && c < scene->cascade_count; c++) {
-            if (!(o->cascades >> c & 1u) ||
-                !placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws))
+            if (!scene->want_all && (!(o->cascades >> c & 1u) ||
+                                     !placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws)))
                 o->caches[c] = 0;
             else if (caches_want(&table->caches, scene, o, c) != KD_OK)
                 kd_log(KD_LOG_WARNING, "out of memory for voxel caches; indirect light lacks some");
