@@ -130,4 +130,7 @@ typedef struct kd_voxel_scene {
 } kd_voxel_scene;
 KD_COMPONENT_DECLARE(kd_voxel_scene);
 
+/** Give back the places of a cache's voxels and chunks; it then holds none. */
+void kd_voxel_cache_drop(kd_voxel_scene *scene, kd_voxel_cache *cache);
+
 #endif

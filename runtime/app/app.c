@@ -13,6 +13,7 @@
 #include "runtime/app/options.h"
 #include "runtime/app/run.h"
 #include "runtime/app/tracing.h"
+#include "runtime/app/voxelize.h"
 #include "runtime/core/log.h"
 
 static kd_status dispatch(const app_options *options) {
@@ -23,6 +24,8 @@ static kd_status dispatch(const app_options *options) {
         return app_reference_run(options);
     case APP_COMPARE:
         return app_compare_run(options);
+    case APP_VOXELIZE:
+        return app_voxelize(options);
     case APP_INFO:
         return app_info_print(options->subject);
     case APP_DOCTOR:

@@ -74,20 +74,35 @@ void app_console_close(void) {
     console.quiet = false;
 }
 
-void app_console_progress(uint64_t done, uint64_t total, double frame_ms) {
-    if (!console.terminal || console.quiet || total == 0)
-        return;
+static void draw_bar(uint64_t done, uint64_t total, const char *text) {
     char bar[BAR_WIDTH + 1];
     uint64_t filled = done * BAR_WIDTH / total;
     for (uint64_t i = 0; i < BAR_WIDTH; i++)
         bar[i] = i < filled ? '#' : '.';
     bar[BAR_WIDTH] = '\0';
     pthread_mutex_lock(&console.lock);
-    fprintf(stderr, "\r[%s] %llu/%llu  %.0f ms a frame\033[K", bar, (unsigned long long)done,
-            (unsigned long long)total, frame_ms);
+    fprintf(stderr, "\r[%s] %llu/%llu  %s\033[K", bar, (unsigned long long)done, (unsigned long long)total,
+            text);
     fflush(stderr);
     console.bar_shown = true;
     pthread_mutex_unlock(&console.lock);
+}
+
+void app_console_progress(uint64_t done, uint64_t total, double frame_ms) {
+    char text[32];
+    if (!console.terminal || console.quiet || total == 0)
+        return;
+    snprintf(text, sizeof text, "%.0f ms a frame", frame_ms);
+    draw_bar(done, total, text);
+}
+
+void app_console_work(uint64_t done, uint64_t total, const char *what) {
+    if (console.quiet || total == 0)
+        return;
+    if (console.terminal)
+        draw_bar(done, total, what);
+    else if (done == total || done * 10 / total != (done - 1) * 10 / total)
+        kd_log(KD_LOG_INFO, "%llu of %llu %s", (unsigned long long)done, (unsigned long long)total, what);
 }
 
 void app_console_clear(void) {

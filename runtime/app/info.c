@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "runtime/asset/model.h"
+#include "runtime/app/voxelize.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
 
@@ -114,8 +115,10 @@ static void print_model(const kd_model *m) {
 
 kd_status app_info_print(const char *path) {
     kd_model *model;
+    if (kd_path_has_extension(path, ".kvox"))
+        return app_voxel_info(path);
     if (!kd_path_has_extension(path, ".gltf") && !kd_path_has_extension(path, ".glb"))
-        return kd_fail(KD_USAGE, "%s: unknown kind of file; give a .gltf or .glb model", path);
+        return kd_fail(KD_USAGE, "%s: unknown kind of file; give a .gltf or .glb model or a .kvox file", path);
     kd_status status = kd_model_load(path, &model);
     if (status != KD_OK)
         return status;

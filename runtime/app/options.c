@@ -49,7 +49,8 @@ const app_command_row app_commands[] = {
     {"reference", APP_REFERENCE, "SCENE", "path trace a scenario or a model: what the picture should be"},
     {"compare", APP_COMPARE, "SCENE|PICTURE REFERENCE",
      "measure techniques against the path traced picture, or one picture against another"},
-    {"info", APP_INFO, "FILE", "list what a model holds"},
+    {"voxelize", APP_VOXELIZE, "SCENE", "write the voxels of a model or a scenario to a .kvox file"},
+    {"info", APP_INFO, "FILE", "list what a model or a .kvox file holds"},
     {"bench", APP_BENCH, "[ecs|jobs|all]", "measure the ECS and the jobs beside this machine's limits"},
     {"doctor", APP_DOCTOR, NULL, "list every way to a GPU or software driver, and what is missing"},
     {"help", APP_HELP, "[COMMAND]", "explain the program, a command, or `settings`"},
@@ -230,6 +231,50 @@ static kd_status read_bench_case(app_options *o, const char *text) {
     return KD_OK;
 }
 
+/* ---- readers of what `kandil voxelize` is asked for ---- */
+
+static kd_status read_kvox(app_options *o, const char *text) {
+    if (!kd_path_has_extension(text, ".kvox"))
+        return kd_fail(KD_USAGE, "-o: %s: voxels go to a .kvox file; end the name so", text);
+    return app_read_path("-o", text, &o->voxelizing.out);
+}
+
+static kd_status read_span(app_options *o, const char *text) {
+    return app_read_real("--span", text, 1e-4, 100, &o->voxelizing.span);
+}
+
+static kd_status read_resolution(app_options *o, const char *text) {
+    int64_t value = 0;
+    kd_status status = app_read_integer("--resolution", text, 1, 4096, &value);
+    o->voxelizing.resolution = (uint32_t)value;
+    return status;
+}
+
+static kd_status read_cascades(app_options *o, const char *text) {
+    int64_t value = 0;
+    kd_status status = app_read_integer("--cascades", text, 1, 4, &value);
+    o->voxelizing.levels = (uint32_t)value;
+    return status;
+}
+
+static kd_status read_separating(app_options *o, const char *text) {
+    static const char *const words[] = {"6", "26", NULL};
+    int word = 0;
+    kd_status status = app_read_word("--separating", text, words, &word);
+    o->voxelizing.separating = word ? 26 : 6;
+    return status;
+}
+
+static kd_status read_fill(app_options *o, const char *text) {
+    (void)text;
+    o->voxelizing.fill = true;
+    return KD_OK;
+}
+
+static kd_status read_voxels(app_options *o, const char *text) {
+    return app_read_path("--voxels", text, &o->voxels);
+}
+
 static kd_status read_window(app_options *o, const char *text) {
     (void)text;
     o->window = true;
@@ -266,6 +311,7 @@ static const app_option_row run_options[] = {
     {"--gi", "TECHNIQUE", read_gi, "indirect light, the first by default:" GI_LIST(SPACED)},
     {"--set", "KEY=VALUE", read_set,
      "repeatable: a setting, or an entity's field such as lamp.light.intensity=5"},
+    {"--voxels", "FILE.kvox", read_voxels, "take voxels from a file that `kandil voxelize` has written for this scene"},
     {"--view", "VIEW", read_view, "what the picture shows, one of:" VIEW_LIST(SPACED)},
     {"--level", "L", read_level, "tree level that --view octree shows; default: the finest"},
     {"--profile", "table|FILE", read_profile,
@@ -276,6 +322,23 @@ static const app_option_row run_options[] = {
      "finish each GPU system to time it; the default on software drivers"},
     {"--stats", "FILE.json", read_stats, "write scene, times, voxels and memory"},
     {"--graph", "FILE", read_graph, "write the frame's graph as .dot, or .svg through Graphviz"},
+    {"--quiet", NULL, read_quiet, "print errors only"},
+    {NULL, NULL, NULL, NULL},
+};
+
+static const app_option_row voxelize_options[] = {
+    {"-o", "FILE.kvox", read_kvox, "file to write"},
+    {"--span", "M", read_span, "edge of the finest voxels in metres; default: what `kandil run` takes for the scene"},
+    {"--resolution", "N", read_resolution, "voxels along the longest side of the scene, instead of a span"},
+    {"--cascades", "N", read_cascades, "spans, each twice the one before; default: the setting voxels.cascades"},
+    {"--separating", "6|26", read_separating,
+     "26, the default: every cell that a surface touches; 6: thin, no path by faces gets through"},
+    {"--fill", NULL, read_fill, "fill closed meshes"},
+    {"--threads", "N", read_threads, "threads; 0, the default, takes one per processor"},
+    {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
+    {"--asset-root", "DIR", read_asset_root,
+     "repeatable: a folder beside the scenario's own from which it may load"},
+    {"--set", "KEY=VALUE", read_set, "repeatable: a setting, or an entity's field"},
     {"--quiet", NULL, read_quiet, "print errors only"},
     {NULL, NULL, NULL, NULL},
 };
@@ -361,6 +424,8 @@ const app_option_row *app_command_options(app_command command) {
         return run_options;
     case APP_REFERENCE:
         return reference_options;
+    case APP_VOXELIZE:
+        return voxelize_options;
     case APP_COMPARE:
         return compare_options;
     case APP_BENCH:

@@ -12,7 +12,8 @@
 #include "runtime/gpu/gpu.h"
 
 typedef enum app_command {
-    APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH, APP_REFERENCE, APP_COMPARE
+    APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH, APP_REFERENCE, APP_COMPARE,
+    APP_VOXELIZE
 } app_command;
 
 typedef enum app_bench { APP_BENCH_ALL, APP_BENCH_ECS, APP_BENCH_JOBS } app_bench;
@@ -34,6 +35,16 @@ typedef struct app_tracing {
     bool lambert, centre;
     double time_budget_s, noise; /* 0: not said */
 } app_tracing;
+
+/* What `kandil voxelize` is asked for; 0, false, NULL: not said. */
+typedef struct app_voxelizing {
+    const char *out;
+    double span;         /* m */
+    uint32_t resolution; /* voxels along the longest side of the scene, instead of a span */
+    uint32_t levels;
+    int separating;      /* 6, 26 */
+    bool fill;
+} app_voxelizing;
 
 enum { APP_MAX_TRACES = 4 };
 
@@ -61,6 +72,8 @@ typedef struct app_options {
     const char *json, *html, *report; /* paths or NULL */
     uint32_t techniques;    /* bits by kd_gi_technique; 0: not said */
     app_tracing tracing;
+    app_voxelizing voxelizing;
+    const char *voxels; /* a .kvox file to take voxels from, or NULL */
     uint32_t output_count, root_count, set_count;
     app_output *outputs;
     const char **roots;

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "components/render_targets.h"
+#include "components/voxel_scene.h"
 #include "runtime/app/capture.h"
 #include "runtime/app/console.h"
 #include "runtime/app/graph.h"
@@ -12,6 +13,8 @@
 #include "runtime/app/stats.h"
 #include "runtime/app/timing.h"
 #include "runtime/app/world_setup.h"
+#include "runtime/asset/voxel_file.h"
+#include "runtime/app/voxelize.h"
 #include "runtime/core/clock.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
@@ -25,6 +28,7 @@ typedef struct run {
     app_scene scene;
     app_capture *capture;
     app_timing timing;
+    kd_voxel_file voxels; /* of --voxels */
     uint64_t frame_count, done;
 } run;
 
@@ -108,10 +112,16 @@ static kd_status open_all(run *r) {
     kd_status status = check_outputs(r->options);
     if (status != KD_OK)
         return status;
+    if (r->options->voxels)
+        status = app_voxel_file_open(&r->voxels, r->options->voxels);
+    if (status != KD_OK)
+        return status;
     r->jobs = kd_jobs_make(r->options->threads);
     r->world = kd_world_make();
     if (!r->jobs || !r->world)
         return kd_fail(KD_NO_MEMORY, "out of memory");
+    if (r->options->voxels)
+        kd_singleton(r->world, kd_voxel_scene)->given = &r->voxels;
     status = app_scene_load(&r->scene, r->world, r->options);
     if (status == KD_OK)
         status = open_gpu(r);
@@ -140,6 +150,17 @@ static kd_status run_frame(run *r, uint64_t index) {
     return status;
 }
 
+/* A file that was asked for and holds nothing of what the first frame shows is of something else. */
+static kd_status check_voxels(const run *r) {
+    const kd_voxel_scene *scene = kd_singleton(r->world, kd_voxel_scene);
+    if (!scene->given || !scene->cache_count || scene->given_used)
+        return KD_OK;
+    return kd_fail(KD_BAD_FORMAT,
+                   "%s: it is stale: none of its voxels are of this scene at these spans; make it again with "
+                   "`kandil voxelize`",
+                   r->options->voxels);
+}
+
 static void present(run *r) {
     uint32_t width, height;
     const kd_picture *picture = kd_singleton(r->world, kd_picture);
@@ -162,6 +183,8 @@ static kd_status run_frames(run *r) {
             return KD_INTERRUPTED;
         uint64_t began = kd_clock_ns();
         status = run_frame(r, r->done);
+        if (status == KD_OK && r->done == 0)
+            status = check_voxels(r);
         if (status == KD_OK && r->options->window)
             present(r);
         r->done += status == KD_OK;
@@ -215,6 +238,7 @@ static void close_all(run *r) {
         kd_world_destroy(r->world);
     if (r->gpu)
         kd_gpu_close(r->gpu);
+    kd_voxel_file_close(&r->voxels);
     if (r->jobs)
         kd_jobs_destroy(r->jobs);
 }

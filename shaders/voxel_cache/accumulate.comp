@@ -1,10 +1,11 @@
 // Voxelization, pass 2: add every fragment's attributes to its voxel, weighted by how near the surface passes the centre.
-// Fixed point, so that the sum does not depend on the order of the fragments.
+// 16-bit attributes in sums of 64 bits: exact, however many fragments there are and in whatever order they come.
 layout(local_size_x = 64) in;
 
 layout(std430, binding = 4) readonly buffer mask_block { uint mask[]; };
 layout(std430, binding = 5) readonly buffer ranks_block { uint ranks[]; };
-// 8 words a voxel: weight, 3 albedo, 3 normal, emission; then one word a voxel: nearest triangle (see below).
+// 16 words a voxel: weight, then low words of 3 albedo, 3 normal, emission, then their high words; in a buffer of its own one
+// word a voxel: nearest triangle (see below).
 layout(std430, binding = 6) buffer sums_block { uint sums[]; };
 layout(std430, binding = 7) buffer nearest_block { uint nearest[]; };
 
@@ -13,6 +14,14 @@ void fragment(uint triangle, uvec3 cell, vec3 bary);
 #include "shaders/include/linear.glsl"
 #include "shaders/voxel_cache/triangle.glsl"
 #include "shaders/voxel_cache/surface.glsl"
+
+void add(uint at, float value, uint weight)
+{
+    uint more = uint(round(clamp(value, 0.0, 1.0) * 65535.0)) * weight;
+    uint before = atomicAdd(sums[at], more);
+    if (before + more < before)
+        atomicAdd(sums[at + 7u], 1u);
+}
 
 void fragment(uint triangle, uvec3 cell, vec3 bary)
 {
@@ -25,17 +34,14 @@ void fragment(uint triangle, uvec3 cell, vec3 bary)
     uint weight = 1u + uint(nearness * 15.0);
     uint bit = cell_bit(cell);
     uint voxel = ranks[bit >> 5] + uint(bitCount(mask[bit >> 5] & ((1u << (bit & 31u)) - 1u)));
-    uvec3 albedo = uvec3(round(clamp(s.base_color.rgb, 0.0, 1.0) * 255.0));
-    ivec3 normal = ivec3(round(normalize(s.normal + vec3(0, 1e-12, 0)) * 127.0));
-    uint at = voxel * 8u;
+    vec3 normal = normalize(s.normal + vec3(0, 1e-12, 0)) * 0.5 + 0.5;
+    uint at = voxel * 16u;
     atomicAdd(sums[at], weight);
-    atomicAdd(sums[at + 1u], albedo.x * weight);
-    atomicAdd(sums[at + 2u], albedo.y * weight);
-    atomicAdd(sums[at + 3u], albedo.z * weight);
-    atomicAdd(sums[at + 4u], uint(normal.x * int(weight)));
-    atomicAdd(sums[at + 5u], uint(normal.y * int(weight)));
-    atomicAdd(sums[at + 6u], uint(normal.z * int(weight)));
-    atomicAdd(sums[at + 7u], uint(round(clamp(s.emission, 0.0, 1.0) * 255.0)) * weight);
+    for (uint k = 0u; k < 3u; k++) {
+        add(at + 1u + k, s.base_color[k], weight);
+        add(at + 4u + k, normal[k], weight);
+    }
+    add(at + 7u, s.emission, weight);
     // The nearest surface binds a deforming voxel: largest nearness (6 bits), then the lowest triangle.
     if (pass.dest.z != KD_VOXEL_RIGID)
         atomicMax(nearest[voxel], (uint(nearness * 62.0) + 1u) << 26 | (0x3FFFFFFu - triangle));

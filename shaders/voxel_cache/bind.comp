@@ -70,13 +70,10 @@ void bind_skin(uint at, uvec3 corner, vec3 bary)
     binding_words[at + 2u] = packUnorm4x8(sum > 0.0 ? best_weight / sum : vec4(1, 0, 0, 0));
 }
 
-void bind(uint voxel, uint bit)
+void bind(uint voxel, uint from, uint bit)
 {
     uvec3 cell = uvec3(bit % pass.chunk_size.x, bit / pass.chunk_size.x % pass.chunk_size.y,
                        bit / (pass.chunk_size.x * pass.chunk_size.y));
-    uint from = voxel; // inside of a filled mesh: the surface to the left
-    while (from > 0u && nearest[from] == 0u)
-        from--;
     uint triangle = 0x3FFFFFFu - (nearest[from] & 0x3FFFFFFu);
     uint first = pass.source.x + triangle * 3u;
     uvec3 corner = uvec3(indices[first], indices[first + 1u], indices[first + 2u]);
@@ -97,9 +94,14 @@ void main()
     uint word = linear_index();
     if (word >= pass.chunk_size.w)
         return;
-    uint bits = mask[word], voxel = ranks[word];
+    uint bits = mask[word], voxel = ranks[word], from = voxel;
+    if (bits == 0u)
+        return;
+    while (from > 0u && nearest[from] == 0u) // inside of a filled mesh: the surface to the left
+        from--;
     while (bits != 0u) {
-        bind(voxel, word * 32u + uint(findLSB(bits)));
+        from = nearest[voxel] != 0u ? voxel : from;
+        bind(voxel, from, word * 32u + uint(findLSB(bits)));
         bits &= bits - 1u;
         voxel++;
     }

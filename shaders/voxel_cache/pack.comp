@@ -19,18 +19,20 @@ layout(std430, binding = 2) readonly buffer sums_block { uint sums[]; };
 layout(std430, binding = 3) writeonly buffer shape_block { uvec2 shape[]; }; // cell, normal
 layout(std430, binding = 4) writeonly buffer color_block { uint color[]; };
 
-void pack(uint voxel, uint bit)
+float mean(uint at, uint number)
+{
+    float sum = float(sums[at + 8u + number]) * 4294967296.0 + float(sums[at + 1u + number]);
+    return sum / (65535.0 * float(max(sums[at], 1u)));
+}
+
+void pack(uint voxel, uint from, uint bit)
 {
     uvec3 cell = uvec3(bit % pass.chunk_size.x, bit / pass.chunk_size.x % pass.chunk_size.y,
                        bit / (pass.chunk_size.x * pass.chunk_size.y));
-    uint from = voxel;
-    while (from > 0u && sums[from * 8u] == 0u)
-        from--;
-    uint at = from * 8u;
-    float weight = float(max(sums[at], 1u));
-    vec3 albedo = vec3(sums[at + 1u], sums[at + 2u], sums[at + 3u]) / (255.0 * weight);
-    vec3 normal = vec3(int(sums[at + 4u]), int(sums[at + 5u]), int(sums[at + 6u])) / (127.0 * weight);
-    uint emission = uint(round(float(sums[at + 7u]) / weight));
+    uint at = from * 16u;
+    vec3 albedo = vec3(mean(at, 0u), mean(at, 1u), mean(at, 2u));
+    vec3 normal = vec3(mean(at, 3u), mean(at, 4u), mean(at, 5u)) * 2.0 - 1.0;
+    uint emission = uint(round(mean(at, 6u) * 255.0));
     if (from != voxel) {
         normal = vec3(0.0);
         emission = 0u;
@@ -45,10 +47,15 @@ void main()
     uint word = linear_index();
     if (word >= pass.chunk_size.w)
         return;
-    uint bits = mask[word], voxel = ranks[word];
+    uint bits = mask[word], voxel = ranks[word], from = voxel;
+    if (bits == 0u)
+        return;
+    while (from > 0u && sums[from * 16u] == 0u)
+        from--;
     while (bits != 0u) {
         uint low = uint(findLSB(bits));
-        pack(voxel, word * 32u + low);
+        from = sums[voxel * 16u] != 0u ? voxel : from;
+        pack(voxel, from, word * 32u + low);
         bits &= bits - 1u;
         voxel++;
     }

@@ -17,7 +17,7 @@ struct pass_params {
     kd_gl_uvec4 chunk_size, source, dest;
 };
 
-enum { SUM_WORDS = 8 };
+enum { SUM_WORDS = 16 };
 
 kd_status voxelizer_init(kd_gpu *gpu, voxelizer *v)
 {

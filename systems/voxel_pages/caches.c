@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "runtime/asset/model.h"
-#include "runtime/core/log.h"
 
 /* Runs for which a cache stays after its last use: what leaves a cascade often comes back soon. */
 #define KEEP_RUNS 64
@@ -172,24 +171,11 @@ kd_status caches_want(voxel_caches *t, kd_voxel_scene *scene, kd_voxel_object *o
     return KD_OK;
 }
 
-static void give(kd_ranges *ranges, uint32_t first, uint32_t count)
-{
-    if (!kd_ranges_give(ranges, first, count))
-        kd_log(KD_LOG_WARNING, "out of memory: room of voxels that nothing needs stays taken");
-}
-
 static void release(voxel_caches *t, kd_voxel_scene *scene, uint32_t number)
 {
     kd_voxel_cache *cache = &scene->caches[number];
     unchain(t, scene, number);
-    for (uint32_t i = 0; i < cache->chunk_count; i++) {
-        const kd_voxel_chunk *chunk = &scene->chunks[cache->first_chunk + i];
-        give(&scene->voxel_places, chunk->first, chunk->count);
-        if (chunk->first_binding != KD_EMPTY)
-            give(&scene->binding_places, chunk->first_binding, chunk->count);
-        scene->cached_voxels -= chunk->count;
-    }
-    give(&scene->chunk_places, cache->first_chunk, cache->chunk_count);
+    kd_voxel_cache_drop(scene, cache);
     *cache = (kd_voxel_cache){.next = t->free_head};
     t->free_head = number + 1;
     t->live--;
