@@ -88,7 +88,7 @@ typedef struct kd_voxel_pages {
     kd_gpu_buffer segments;             /* kd_voxel_segment [page_count * KD_PAGE_SEGMENTS] */
     kd_gpu_buffer stacks;               /* per page: top, then KD_PAGE_SEGMENTS free slots */
     kd_gpu_buffer voxels;               /* dynamic layer: 3 words a voxel: cell, fraction, normal */
-    kd_gpu_buffer bounds;               /* static layer: boxes of the groups of 64 voxels in every slot */
+    kd_gpu_buffer bounds;               /* static layer: boxes of the groups of voxels in every slot */
     bool changed;                       /* members changed this frame */
 } kd_voxel_pages;
 
@@ -121,9 +121,10 @@ typedef struct kd_voxel_scene {
     kd_gpu_buffer cache_shape, cache_color, cache_binding; /* "voxels.cache" */
     kd_gpu_buffer chunk_params, object_params;             /* "voxels.objects" */
     kd_voxel_pages pages[KD_LAYER_COUNT];                  /* "voxels.pages" */
-    kd_gpu_buffer stale_bricks;                            /* "voxels.stale": bits of dense cells, by wrapped code */
+    kd_gpu_buffer stale;                                   /* "voxels.stale": kd_stale_places */
     kd_gpu_buffer stale_boxes;                             /* kd_stale_box [stale_box_count] */
-    kd_gpu_buffer stale_groups;                            /* list of the groups of voxels in them, see voxel_transform/cull.comp */
+    struct kd_stale_places stale_places;
+    uint32_t stale_patch_count;
     uint32_t stale_box_count;
 
     void *internal;                                        /* of system voxel_pages */

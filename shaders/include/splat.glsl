@@ -58,6 +58,16 @@ bool splat_owned(uint c, ivec3 cell)
     return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, ivec3(int(tree.info.y)))) && !in_finer_cascade(c, cell);
 }
 
+// Corners that leave a mark in cascade c, one bit each. Loops go over these bits alone: most voxels that stand still cover one
+// cell, and software drivers run a loop's body for what is masked off too.
+uint splat_corners(splat s, uint c)
+{
+    uint corners = 0u;
+    for (uint i = 0u; i < 8u; i++)
+        corners |= uint(splat_weight(s, i) >= SPLAT_MIN_WEIGHT && splat_owned(c, splat_cell(s, i))) << i;
+    return corners;
+}
+
 // Page words of a splat: cells from -1 are stored one higher.
 uint splat_pack_cell(splat s)
 {

@@ -2,15 +2,19 @@
 
 #include "shaders/include/rigid_voxel.glsl"
 
-layout(std430, binding = 0) readonly buffer list_block { uint list[]; }; // arguments and count, then group numbers
+layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
+layout(std430, binding = 0) readonly buffer stale_block { uint stale[]; };
+
+#include "shaders/include/stale.glsl"
 
 // Segment and voxel of it; false beyond the list or the segment.
 bool stale_voxel(out kd_voxel_segment segment, out uint i)
 {
-    uint entry = gl_WorkGroupID.y * KD_GROUP_ROW + gl_WorkGroupID.x;
-    bool listed = entry < list[3];
-    uint n = listed ? list[4u + entry] : 0u;
+    uint local = gl_LocalInvocationIndex;
+    uint entry = (gl_WorkGroupID.y * KD_GROUP_ROW + gl_WorkGroupID.x) * KD_GROUPS_AT_ONCE + local / KD_GROUP_VOXELS;
+    bool listed = entry < stale[KD_STALE_COUNT];
+    uint n = listed ? stale[stale_at.groups + entry] : 0u;
     segment = segments[n / KD_SEGMENT_GROUPS];
-    i = n % KD_SEGMENT_GROUPS * KD_GROUP_VOXELS + gl_LocalInvocationIndex;
+    i = n % KD_SEGMENT_GROUPS * KD_GROUP_VOXELS + local % KD_GROUP_VOXELS;
     return listed && i < segment.count;
 }

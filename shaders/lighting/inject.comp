@@ -3,6 +3,7 @@
 // Source: Crassin 2011 and Yalciner 2016, section 3.3.3 (injection into leaves), here for lights of all kinds.
 layout(local_size_x = 64) in;
 
+#include "shaders/include/linear.glsl"
 #include "shaders/include/tree_params.glsl"
 #include "shaders/include/svo_book.glsl"
 #include "shaders/include/rank.glsl"
@@ -110,7 +111,7 @@ uvec2 leaf_of(uint slot, uint code)
 
 void main()
 {
-    uint entry = gl_GlobalInvocationID.x >> 3, k = gl_GlobalInvocationID.x & 7u;
+    uint entry = linear_index() >> 3, k = linear_index() & 7u;
     if (entry >= min(counters[pass.w != 0u ? KD_COUNT_TOUCHED : KD_COUNT_HIGH], places.size.x))
         return;
     uint parent = pass.w != 0u ? book[places.others.w + entry] : entry;

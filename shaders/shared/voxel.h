@@ -20,9 +20,10 @@
 #define KD_PAGE_SEGMENTS 64u
 #define KD_PAGE_VOXELS 65536u
 #define KD_BINDING_WORDS 3u
-#define KD_GROUP_VOXELS 64u   /* of a segment; static voxels are culled by groups */
-#define KD_SEGMENT_GROUPS 16u
-#define KD_GROUP_ROW 1024u    /* groups along x of a dispatch over a list of them */
+#define KD_GROUP_VOXELS 16u   /* of a segment; static voxels are culled by groups: short ones, since caches run along x */
+#define KD_SEGMENT_GROUPS 64u
+#define KD_GROUPS_AT_ONCE 4u  /* groups that a work group of 64 does */
+#define KD_GROUP_ROW 1024u    /* work groups along x of a dispatch over a list of them */
 #define KD_NO_VOXEL 0x80000000u
 #define KD_EMPTY 0xFFFFFFFFu
 
@@ -77,9 +78,21 @@ struct kd_voxel_segment {
 /* Part of a cascade whose static cells are built anew, in cells from the cascade's low corner. */
 struct kd_stale_box {
     ivec4 low;           /* w: cascade */
-    ivec4 high;          /* first cell beyond */
+    ivec4 high;          /* first cell beyond; w: 1 when voxels may lie there, 0 when it is only emptied */
 };
 KD_LAYOUT_CHECK(kd_stale_box, 32)
+
+/* Places (first words) in the buffer of what is stale. A patch is 256 leaf cells, eight words of a mask, one word of their
+ * parents; stale cells that are built anew are numbered by the patches on the list. */
+struct kd_stale_places {
+    KD_UINT bits;        /* of dense cells ("bricks"), by wrapped code */
+    KD_UINT slots;       /* patch to its number on the list; only of patches with stale bricks */
+    KD_UINT patches;     /* the list */
+    KD_UINT groups;      /* list of the groups of voxels that may lie in stale bricks; its arguments and count are the first words */
+};
+KD_LAYOUT_CHECK(kd_stale_places, 16)
+#define KD_STALE_COUNT 3  /* word: groups listed */
+#define KD_STALE_HEAD 4
 
 struct kd_tree_params {
     uvec4 info;          /* x: cascades, y: resolution, z: log2 resolution, w: sparse levels below the dense one */
@@ -109,10 +122,11 @@ struct kd_svo_places {
     uvec4 list;          /* what is to be filtered; x: codes of dense cells, y …: numbers */
     uvec4 changed;       /* bits of what is to be filtered; x: by code, y …: by number */
     uvec4 others;        /* x: bits of dense cells that hold something, y: bits, z: lists of cells that a finer cascade fills, w: list of touched leaf parents */
+    uvec4 words;         /* x: list of mask words in which nodes go or come, y: bits of cells above the outermost cascade that hold something, z: list of those to be filtered, w: list of mask words with touched leaf parents */
     uvec4 size;          /* x: nodes a level, y: levels, z: words of a layer's mask, w: cascades */
-    /* ---- 112 */
+    /* ---- 128 */
 };
-KD_LAYOUT_CHECK(kd_svo_places, 112)
+KD_LAYOUT_CHECK(kd_svo_places, 128)
 #define KD_DENSE_WORDS 8192u      /* bits of the dense cells of a cascade */
 #define KD_UP_CELLS 32768u        /* dense cells of a cascade that the next finer one fills */
 
@@ -133,6 +147,9 @@ KD_LAYOUT_CHECK(kd_svo_places, 112)
 #define KD_COUNT_TOUCHED 32     /* leaf parents in which the static layer was built anew, or the dynamic one is or was */
 #define KD_COUNT_CHANGED 33     /* + level: length of the lists of what is to be filtered */
 #define KD_COUNT_UP 37          /* + cascade 1 …: cells that the finer cascade fills; at the count of cascades: those above changed */
+#define KD_COUNT_PARTS 42       /* mask words on the list */
+#define KD_COUNT_ABOVE 43       /* cells of the first level above the outermost cascade that are to be filtered */
+#define KD_COUNT_TOUCHED_PARTS 44
 #define KD_COUNT_TRANSIENT_END 48
 /* Indirect arguments in the same buffer, three words each: groups of 64. */
 #define KD_ARGS_ALL 64          /* over the leaves of all leaf parents */

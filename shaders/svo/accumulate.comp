@@ -30,14 +30,10 @@ void main()
     uint n = segment.first + i;
     voxel_share v = voxel_share_of(color[n], shape[n].y >> 24, voxels[from + 2u], objects[segment.object].emission.rgb);
     uint c = segment.chunk_cascade >> 28, first = cascade_first_bit(c);
-    for (uint k = 0u; k < 8u; k++) {
-        uint weight = splat_weight(s, k);
-        ivec3 cell = splat_cell(s, k);
-        if (weight < SPLAT_MIN_WEIGHT || !splat_owned(c, cell))
-            continue;
-        uint bit = first + morton_encode(cell_wrap(c, cell));
+    for (uint corners = splat_corners(s, c); corners != 0u; corners &= corners - 1u) {
+        uint k = uint(findLSB(corners)), bit = first + morton_encode(cell_wrap(c, splat_cell(s, k)));
         uint rank = rank_below(ranks[bit >> 5], mask[bit >> 5], bit);
         if (rank < pass.y)
-            sums_add(rank, weight, v);
+            sums_add(rank, splat_weight(s, k), v);
     }
 }

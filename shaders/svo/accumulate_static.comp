@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/rank.glsl"
 #include "shaders/include/cell_sums.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: capacity of the sums, y: words of the mask
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: capacity of the sums, y: first rank
 layout(std430, binding = 5) readonly buffer color_block { uint color[]; };
 layout(std430, binding = 6) readonly buffer fresh_block { uint fresh[]; }; // mask, then ranks
 
@@ -18,19 +18,15 @@ void main()
     if (!stale_voxel(segment, i))
         return;
     rigid_voxel r = rigid_voxel_load(segment, i);
-    if (!r.inside)
-        return;
     uint n = segment.first + i;
     voxel_share v = voxel_share_of(color[n], shape[n].y >> 24, r.normal, objects[segment.object].emission.rgb);
     uint c = segment.chunk_cascade >> 28, first = cascade_first_bit(c);
-    for (uint k = 0u; k < 8u; k++) {
-        uint weight = splat_weight(r.place, k);
-        ivec3 cell = splat_cell(r.place, k);
-        if (weight < SPLAT_MIN_WEIGHT || !splat_owned(c, cell))
+    for (uint corners = r.inside ? splat_corners(r.place, c) : 0u; corners != 0u; corners &= corners - 1u) {
+        uint k = uint(findLSB(corners)), bit = first + morton_encode(cell_wrap(c, splat_cell(r.place, k)));
+        if (!stale_brick(bit >> (3u * tree.info.w)))
             continue;
-        uint bit = first + morton_encode(cell_wrap(c, cell));
-        uint word = fresh[bit >> 5], rank = rank_below(fresh[pass.y + (bit >> 5)], word, bit);
-        if ((word >> (bit & 31u) & 1u) != 0u && rank < pass.x)
-            sums_add(rank, weight, v);
+        uint at = stale_place(bit), rank = rank_below(fresh[pass.y + (at >> 5)], fresh[at >> 5], at);
+        if (rank < pass.x)
+            sums_add(rank, splat_weight(r.place, k), v);
     }
 }

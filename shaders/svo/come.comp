@@ -3,8 +3,9 @@
 layout(local_size_x = 64) in;
 
 #include "shaders/include/svo_find.glsl"
+#include "shaders/include/linear.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words, y: level
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // y: level
 layout(std430, binding = 1) readonly buffer diff_block { uint diff[]; };
 layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };
 layout(std430, binding = 5) buffer masks_block { uint masks[]; };
@@ -29,9 +30,10 @@ void come(uint level, uint code, uint number)
 
 void main()
 {
-    uint word = gl_GlobalInvocationID.x, level = pass.y;
-    if (word >= pass.x)
+    uint n = linear_index(), level = pass.y;
+    if (n >= counters[KD_COUNT_PARTS])
         return;
+    uint word = book[places.words.x + n];
     uint bits = diff[word], rank = ranks[word], free = counters[KD_COUNT_FREE + level], come_count = 0u;
     for (; bits != 0u && rank < free; bits &= bits - 1u, come_count++, rank++)
         come(level, word * 32u + uint(findLSB(bits)), book[places.free[level] + free - 1u - rank]);

@@ -1,11 +1,11 @@
 // Nodes of a level that go, or that come. One that comes needs its parent: where there was no number left for that one, it
-// stays away too.
+// stays away too. Words with such nodes are listed.
 layout(local_size_x = 64) in;
 
-#include "shaders/shared/voxel.h"
+#include "shaders/include/svo_book.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words, y: first word, z: 1 for what comes, w: first word of the parents or KD_EMPTY
-layout(std430, binding = 0) buffer now_block { uint now[]; };
+layout(std430, binding = 3) buffer now_block { uint now[]; };
 layout(std430, binding = 1) readonly buffer before_block { uint before[]; };
 layout(std430, binding = 2) writeonly buffer diff_block { uint diff[]; };
 
@@ -22,12 +22,11 @@ void main()
     if (word >= pass.x)
         return;
     uint here = now[pass.y + word], was = before[pass.y + word];
-    if (pass.z == 0u) {
-        diff[word] = was & ~here;
-        return;
-    }
-    uint may = pass.w == KD_EMPTY ? KD_EMPTY : children_of(word);
+    uint may = pass.w == KD_EMPTY || pass.z == 0u ? KD_EMPTY : children_of(word);
     if ((here & ~may) != 0u)
         now[pass.y + word] = here & may;
-    diff[word] = here & may & ~was;
+    uint bits = pass.z == 0u ? was & ~here : here & may & ~was;
+    diff[word] = bits;
+    if (bits != 0u)
+        book[places.words.x + atomicAdd(counters[KD_COUNT_PARTS], 1u)] = word;
 }

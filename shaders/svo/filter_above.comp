@@ -1,6 +1,8 @@
 // Filter, levels above the outermost cascade, one after the other: 32 cells an edge from its 64, then 16 …
+// Of the first, cells on the list alone.
 layout(local_size_x = 64) in;
 
+#include "shaders/include/linear.glsl"
 #include "shaders/include/svo_book.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level above, from 1
@@ -18,9 +20,11 @@ ivec3 source_place(ivec3 offset, int direction)
 
 void main()
 {
-    uint code = gl_GlobalInvocationID.x, edge = uint(KD_DENSE) >> pass.x;
-    if (code >= edge * edge * edge)
+    uint code = linear_index(), edge = uint(KD_DENSE) >> pass.x;
+    if (code >= (pass.x == 1u ? counters[KD_COUNT_ABOVE] : edge * edge * edge))
         return;
+    if (pass.x == 1u)
+        code = book[places.words.z + code];
     ivec3 cell = ivec3(morton_decode(code));
     low = cell * 2;
     for (int axis = 0; axis < 3; axis++) {

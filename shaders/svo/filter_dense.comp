@@ -4,13 +4,14 @@ layout(local_size_x = 64) in;
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 below; }; // below: as in filter_sparse
 
+#include "shaders/include/linear.glsl"
 #include "shaders/include/svo_find.glsl"
 #include "shaders/svo/filter_children.glsl"
 #include "shaders/svo/filter_target.glsl"
 
 void main()
 {
-    uint entry = gl_GlobalInvocationID.x;
+    uint entry = linear_index();
     if (entry >= counters[KD_COUNT_CHANGED])
         return;
     uint code = book[places.list.x + entry], c = code >> (3 * KD_DENSE_LOG2);

@@ -5,12 +5,13 @@ layout(local_size_x = 64) in;
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 below; }; // x: level, z: first data entry; below.x: 1 when children are leaves, y: first slot, z: first data entry
 
+#include "shaders/include/linear.glsl"
 #include "shaders/include/svo_find.glsl"
 #include "shaders/svo/filter_children.glsl"
 
 void main()
 {
-    uint entry = gl_GlobalInvocationID.x, level = pass.x;
+    uint entry = linear_index(), level = pass.x;
     if (entry >= counters[KD_COUNT_CHANGED + level])
         return;
     uint number = book[places.list[level] + entry], code = book[places.codes[level] + number];

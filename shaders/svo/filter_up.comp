@@ -1,6 +1,7 @@
 // Filter, cascade to cascade: cells of the coarser one's central half from those of the finer one.
 layout(local_size_x = 64) in;
 
+#include "shaders/include/linear.glsl"
 #include "shaders/include/svo_book.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: cascade
@@ -16,7 +17,7 @@ ivec3 source_place(ivec3 offset, int direction)
 
 void main()
 {
-    uint entry = gl_GlobalInvocationID.x, c = pass.x;
+    uint entry = linear_index(), c = pass.x;
     if (entry >= counters[KD_COUNT_UP + c])
         return;
     uint code = book[places.others.z + c * KD_UP_CELLS + entry];

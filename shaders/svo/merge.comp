@@ -1,21 +1,21 @@
-// First step up the tree. One invocation a word of leaf parents, which is eight words of cells in Morton order: brings what was
-// built anew into the static mask, joins the layers, reduces eight cells to one bit of their parent, and tells which parents
-// are touched: the static layer was built anew there, or something dynamic is or was there.
+// First step up the tree. One invocation a word of leaf parents, which is eight words of cells in Morton order (a patch): joins
+// the layers, reduces eight cells to one bit of their parent, and tells which parents are touched: the static layer was
+// built anew there, or something dynamic is or was there.
+// With KD_STALE it goes over the stale patches alone and brings what was built anew into the static mask.
 layout(local_size_x = 64) in;
 
-#include "shaders/shared/voxel.h"
+#include "shaders/include/svo_book.glsl"
+#include "shaders/include/linear.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: parent words, y: 1 when static cells were built anew, z: sparse levels, w: first parent word
-layout(std430, binding = 0) buffer counters_block { uint counters[]; };
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words of parents, y: first of their mask, z: sparse levels, w: patches; unused without KD_STALE
 layout(std430, binding = 1) buffer static_block { uint mask_static[]; };
 layout(std430, binding = 2) readonly buffer dynamic_block { uint mask_dynamic[]; };
-layout(std430, binding = 3) readonly buffer fresh_block { uint fresh[]; };
-layout(std430, binding = 4) readonly buffer stale_block { uint stale[]; }; // bits of dense cells
-layout(std430, binding = 5) writeonly buffer parents_block { uint parents[]; };
-layout(std430, binding = 6) buffer touched_block { uint touched[]; };      // bits of parents; then those with dynamic cells
-#ifdef KD_CHANGES
-layout(std430, binding = 7) buffer changes_block { uint change[]; };       // XOR of occupancy; then the occupancy itself
-#endif
+layout(std430, binding = 3) writeonly buffer parents_block { uint parents[]; };
+layout(std430, binding = 4) buffer touched_block { uint touched[]; }; // bits of parents; then those with dynamic cells
+#ifdef KD_STALE
+layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
+layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
+layout(std430, binding = 6) readonly buffer fresh_block { uint fresh[]; };
 
 // Spreads the low four bits to bytes of ones.
 uint bytes_of(uint four)
@@ -28,12 +28,23 @@ uint bytes_of(uint four)
 uint stale_cells(uint levels, uint word)
 {
     if (levels == 0u)
-        return stale[word];
+        return stale[stale_at.bits + word];
     if (levels == 1u)
-        return bytes_of(stale[word >> 3] >> (4u * (word & 7u)));
+        return bytes_of(stale[stale_at.bits + (word >> 3)] >> (4u * (word & 7u)));
     uint brick = levels == 2u ? word >> 1 : word >> 4;
-    return (stale[brick >> 5] >> (brick & 31u) & 1u) != 0u ? KD_EMPTY : 0u;
+    return (stale[stale_at.bits + (brick >> 5)] >> (brick & 31u) & 1u) != 0u ? KD_EMPTY : 0u;
 }
+
+uint load_static(uint at, uint fresh_at)
+{
+    uint before = mask_static[at], now = (before & ~stale_cells(pass.z, at)) | fresh[fresh_at];
+    if (now != before) {
+        mask_static[at] = now;
+        atomicAdd(counters[KD_COUNT_STATIC], uint(bitCount(now)) - uint(bitCount(before)));
+    }
+    return now;
+}
+#endif
 
 uint parents_of(uint cells)
 {
@@ -43,30 +54,38 @@ uint parents_of(uint cells)
     return four;
 }
 
-uint renew(uint at)
-{
-    uint before = mask_static[at], kept = before & ~stale_cells(pass.z, at), now = kept | fresh[at];
-    if (now != before) {
-        mask_static[at] = now;
-        atomicAdd(counters[KD_COUNT_STATIC], uint(bitCount(now)) - uint(bitCount(before)));
-    }
-    return now;
-}
-
 void main()
 {
-    uint word = gl_GlobalInvocationID.x;
-    if (word >= pass.x)
+    uint n = linear_index();
+#ifdef KD_STALE
+    if (n >= pass.w)
         return;
+    uint word = stale[stale_at.patches + n];
+#else
+    if (n >= pass.x)
+        return;
+    uint word = n;
+#endif
     uint joined = 0u, moving = 0u;
     for (uint i = 0u; i < 8u; i++) {
-        uint at = word * 8u + i;
-        uint still = pass.y != 0u ? renew(at) : mask_static[at], bits = mask_dynamic[at];
+#ifdef KD_STALE
+        uint still = load_static(word * 8u + i, n * 8u + i);
+#else
+        uint still = mask_static[word * 8u + i];
+#endif
+        uint bits = mask_dynamic[word * 8u + i];
         moving |= parents_of(bits) << (4u * i);
         joined |= parents_of(bits | still) << (4u * i);
     }
-    parents[pass.w + word] = joined;
-    uint stale_parents = pass.y != 0u ? stale_cells(pass.z - 1u, word) : 0u;
-    touched[word] = (stale_parents | moving | touched[pass.x + word]) & joined;
+    parents[pass.y + word] = joined;
+#ifdef KD_STALE
+    uint touch = stale_cells(pass.z - 1u, word);
+#else
+    uint touch = touched[word] | moving | touched[pass.x + word];
     touched[pass.x + word] = moving;
+#endif
+    touch &= joined;
+    touched[word] = touch;
+    if (touch != 0u)
+        book[places.words.w + atomicAdd(counters[KD_COUNT_TOUCHED_PARTS], 1u)] = word;
 }

@@ -1,6 +1,7 @@
 // Attributes of the dynamic layer's cells from their sums, one invocation a cell.
 layout(local_size_x = 64) in;
 
+#include "shaders/include/linear.glsl"
 #include "shaders/shared/voxel.h"
 #include "shaders/include/cell_pack.glsl"
 
@@ -10,7 +11,7 @@ layout(std430, binding = 2) writeonly buffer attributes_block { uvec4 attributes
 
 void main()
 {
-    uint cell = gl_GlobalInvocationID.x;
+    uint cell = linear_index();
     if (cell < min(counters[pass.x], pass.y))
         attributes[cell] = cell_attributes_of(cell);
 }

@@ -2,26 +2,33 @@
 // parent.
 layout(local_size_x = 64) in;
 
+#include "shaders/include/linear.glsl"
 #include "shaders/include/svo_book.glsl"
 #include "shaders/include/rank.glsl"
 #include "shaders/include/cell_pack.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: capacity of the sums, y: words of the mask, z: level of the leaf parents
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: capacity of the sums, y: first rank, z: level of the leaf parents
+layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
+layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
 layout(std430, binding = 2) readonly buffer fresh_block { uint fresh[]; }; // mask, then ranks
 layout(std430, binding = 3) writeonly buffer surface_block { uvec2 surface[]; };   // albedo, normal
 layout(std430, binding = 4) writeonly buffer emission_block { uvec2 emission[]; }; // emission, weight
 
+#include "shaders/include/stale.glsl"
+
 void main()
 {
-    uint entry = gl_GlobalInvocationID.x >> 3, k = gl_GlobalInvocationID.x & 7u;
+    uint entry = linear_index() >> 3, k = linear_index() & 7u;
     if (entry >= min(counters[KD_COUNT_TOUCHED], places.size.x))
         return;
     uint number = book[places.others.w + entry];
     if (number == KD_EMPTY)
         return;
-    uint bit = book[places.codes[pass.z] + number] * 8u + k, word = fresh[bit >> 5];
-    uint rank = rank_below(fresh[pass.y + (bit >> 5)], word, bit);
-    if ((word >> (bit & 31u) & 1u) == 0u)
+    uint code = book[places.codes[pass.z] + number];
+    if (!stale_brick(code >> (3u * pass.z)))
+        return;
+    uint at = stale_place(code * 8u + k), word = fresh[at >> 5], rank = rank_below(fresh[pass.y + (at >> 5)], word, at);
+    if ((word >> (at & 31u) & 1u) == 0u)
         return;
     uvec4 cell = rank < pass.x ? cell_attributes_of(rank) : uvec4(0u);
     surface[number * 8u + k] = cell.xy;

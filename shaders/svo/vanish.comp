@@ -2,8 +2,9 @@
 layout(local_size_x = 64) in;
 
 #include "shaders/include/svo_find.glsl"
+#include "shaders/include/linear.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words, y: level
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // y: level
 layout(std430, binding = 1) readonly buffer diff_block { uint diff[]; };
 layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };
 
@@ -27,9 +28,10 @@ void vanish(uint level, uint code, uint rank)
 
 void main()
 {
-    uint word = gl_GlobalInvocationID.x, level = pass.y;
-    if (word >= pass.x)
+    uint n = linear_index(), level = pass.y;
+    if (n >= counters[KD_COUNT_PARTS])
         return;
+    uint word = book[places.words.x + n];
     uint bits = diff[word], rank = ranks[word];
     if (bits != 0u)
         atomicAdd(counters[KD_COUNT_NODES + 4u * level + (word * 32u >> (3u * (KD_DENSE_LOG2 + level)))], 0u - uint(bitCount(bits)));

@@ -1,4 +1,4 @@
-// Bounds of the groups of 64 voxels in new segments, in cells of their chunk: low and high corner, 10:10:10 each.
+// Bounds of the groups of voxels in new segments, in cells of their chunk: low and high corner, 10:10:10 each.
 layout(local_size_x = 64) in;
 
 #include "shaders/shared/voxel.h"

@@ -6,7 +6,8 @@ layout(local_size_x = 64) in;
 #include "shaders/include/rigid_voxel.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: segment slots, y: stale boxes
-layout(std430, binding = 0) buffer list_block { uint list[]; }; // arguments and count, then group numbers
+layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
+layout(std430, binding = 0) buffer stale_block { uint stale[]; };
 layout(std430, binding = 5) readonly buffer bounds_block { uvec2 bounds[]; };
 layout(std430, binding = 6) readonly buffer boxes_block { kd_stale_box boxes[]; };
 
@@ -30,7 +31,7 @@ void main()
     vec3 high = (centre + reach - tree.cascade[c].xyz) / tree.cascade[c].w + 1.25;
     bool meets = false;
     for (uint i = 0u; i < pass.y; i++)
-        meets = meets || (uint(boxes[i].low.w) == c && all(lessThan(low, vec3(boxes[i].high.xyz))) && all(greaterThan(high, vec3(boxes[i].low.xyz))));
+        meets = meets || (uint(boxes[i].low.w) == c && boxes[i].high.w != 0 && all(lessThan(low, vec3(boxes[i].high.xyz))) && all(greaterThan(high, vec3(boxes[i].low.xyz))));
     if (meets)
-        list[4u + atomicAdd(list[3], 1u)] = n;
+        stale[stale_at.groups + atomicAdd(stale[KD_STALE_COUNT], 1u)] = n;
 }

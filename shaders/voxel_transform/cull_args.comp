@@ -1,13 +1,14 @@
-// Arguments of a dispatch over the list of groups: one work group each, in rows.
+// Arguments of a dispatch over the list of groups: so many to a work group, in rows.
 layout(local_size_x = 1) in;
 
 #include "shaders/shared/voxel.h"
 
-layout(std430, binding = 0) buffer list_block { uint list[]; };
+layout(std430, binding = 0) buffer stale_block { uint stale[]; };
 
 void main()
 {
-    list[0] = min(list[3], KD_GROUP_ROW);
-    list[1] = (list[3] + KD_GROUP_ROW - 1u) / KD_GROUP_ROW;
-    list[2] = 1u;
+    uint work_groups = (stale[KD_STALE_COUNT] + KD_GROUPS_AT_ONCE - 1u) / KD_GROUPS_AT_ONCE;
+    stale[0] = min(work_groups, KD_GROUP_ROW);
+    stale[1] = (work_groups + KD_GROUP_ROW - 1u) / KD_GROUP_ROW;
+    stale[2] = 1u;
 }

@@ -4,8 +4,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/stale_voxel.glsl"
 #include "shaders/include/morton.glsl"
 
-layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
-layout(std430, binding = 6) buffer mask_block { uint mask[]; };
+layout(std430, binding = 5) buffer fresh_block { uint fresh[]; };
 
 void main()
 {
@@ -14,15 +13,12 @@ void main()
     if (!stale_voxel(segment, i))
         return;
     rigid_voxel v = rigid_voxel_load(segment, i);
-    if (!v.inside)
-        return;
     uint c = segment.chunk_cascade >> 28, first = cascade_first_bit(c);
-    for (uint k = 0u; k < 8u; k++) {
-        ivec3 cell = splat_cell(v.place, k);
-        if (splat_weight(v.place, k) < SPLAT_MIN_WEIGHT || !splat_owned(c, cell))
+    for (uint corners = v.inside ? splat_corners(v.place, c) : 0u; corners != 0u; corners &= corners - 1u) {
+        uint bit = first + morton_encode(cell_wrap(c, splat_cell(v.place, uint(findLSB(corners)))));
+        if (!stale_brick(bit >> (3u * tree.info.w)))
             continue;
-        uint bit = first + morton_encode(cell_wrap(c, cell)), brick = bit >> (3u * tree.info.w);
-        if ((stale[brick >> 5] >> (brick & 31u) & 1u) != 0u)
-            atomicOr(mask[bit >> 5], 1u << (bit & 31u));
+        uint at = stale_place(bit);
+        atomicOr(fresh[at >> 5], 1u << (at & 31u));
     }
 }

@@ -84,13 +84,8 @@ posed pose_attached(kd_voxel_object_params o, uint binding_at)
 void mark(uint c, splat s)
 {
     uint first = cascade_first_bit(c);
-    for (uint i = 0u; i < 8u; i++) {
-        if (splat_weight(s, i) < SPLAT_MIN_WEIGHT)
-            continue;
-        ivec3 cell = splat_cell(s, i);
-        if (!splat_owned(c, cell))
-            continue;
-        uint bit = first + morton_encode(cell_wrap(c, cell));
+    for (uint corners = splat_corners(s, c); corners != 0u; corners &= corners - 1u) {
+        uint bit = first + morton_encode(cell_wrap(c, splat_cell(s, uint(findLSB(corners)))));
         atomicOr(mask[bit >> 5], 1u << (bit & 31u));
     }
 }

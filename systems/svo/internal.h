@@ -13,6 +13,7 @@ typedef enum svo_program {
     SVO_PACK,
     SVO_PACK_STATIC,
     SVO_MERGE,
+    SVO_MERGE_STALE,
     SVO_REDUCE,
     SVO_DIFF,
     SVO_VANISH,
@@ -25,6 +26,7 @@ typedef enum svo_program {
     SVO_DENSE_LIST,
     SVO_FILTER_DENSE,
     SVO_FILTER_UP,
+    SVO_ABOVE_LIST,
     SVO_FILTER_ABOVE,
     SVO_PROGRAM_COUNT
 } svo_program;
@@ -73,7 +75,7 @@ uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter);
 /* layers.c: cells of each layer */
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_sum_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
-void svo_pack_static(kd_gpu *gpu, svo_state *state, const kd_svo *svo);
+void svo_pack_static(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene);
 
 /* nodes.c: levels above the cells */
 void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);

@@ -88,12 +88,13 @@ void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxe
 
 void svo_sum_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    if (kd_gpu_rank_run(gpu, &state->rank, svo->fresh, 0, svo->layer_words, svo->fresh, svo->layer_words,
+    uint32_t words = scene->stale_patch_count * 8;
+    if (kd_gpu_rank_run(gpu, &state->rank, svo->fresh, 0, words, svo->fresh, svo->layer_words,
                         svo->counters, KD_COUNT_FRESH) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: new voxels cannot be numbered; they are left out");
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     uint32_t fresh = svo_read_counter(gpu, svo, KD_COUNT_FRESH);
-    state->bytes_build += (uint64_t)svo->layer_words * 12;
+    state->bytes_build += (uint64_t)words * 12;
     if (!fresh)
         return;
     if (svo_reserve_sums(gpu, svo, fresh) != KD_OK)
@@ -102,7 +103,8 @@ void svo_sum_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_s
     empty_sums(gpu, svo, fresh);
     uint32_t pass[4] = {svo->sum_capacity, svo->layer_words, 0, 0};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
-    kd_gpu_bind_storage(gpu, 0, scene->stale_groups);
+    kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
+    kd_gpu_bind_storage(gpu, 0, scene->stale);
     kd_gpu_bind_storage(gpu, 1, scene->pages[KD_LAYER_STATIC].segments);
     kd_gpu_bind_storage(gpu, 2, scene->object_params);
     kd_gpu_bind_storage(gpu, 3, scene->chunk_params);
@@ -110,12 +112,12 @@ void svo_sum_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_s
     kd_gpu_bind_storage(gpu, 5, scene->cache_color);
     kd_gpu_bind_storage(gpu, 6, svo->fresh);
     kd_gpu_bind_storage(gpu, 7, svo->sums);
-    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_ACCUMULATE_STATIC], scene->stale_groups, 0);
+    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_ACCUMULATE_STATIC], scene->stale, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     state->bytes_build += (uint64_t)fresh * (KD_SUM_WORDS * 8 + 16);
 }
 
-void svo_pack_static(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
+void svo_pack_static(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t pass[4] = {svo->sum_capacity, svo->layer_words, svo_levels(svo) - 1, 0};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
@@ -124,6 +126,8 @@ void svo_pack_static(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     kd_gpu_bind_storage(gpu, 2, svo->fresh);
     kd_gpu_bind_storage(gpu, 3, svo->static_surface);
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
+    kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
+    kd_gpu_bind_storage(gpu, 5, scene->stale);
     kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_dispatch_indirect(gpu, state->programs[SVO_PACK_STATIC], svo->counters, KD_ARGS_TOUCHED * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);

@@ -55,7 +55,8 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
         kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.changed.y * 4,
                            node_bits * (svo_levels(svo) - 1), 0);
     if (scene->static_changed)
-        kd_gpu_copy_buffer(gpu, scene->stale_bricks, 0, svo->book, first, dense_bytes(svo));
+        kd_gpu_copy_buffer(gpu, scene->stale, (size_t)scene->stale_places.bits * 4, svo->book, first,
+                           dense_bytes(svo));
     else
         kd_gpu_fill_buffer(gpu, svo->book, first, dense_bytes(svo), 0);
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
@@ -64,22 +65,45 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-static void merge_masks(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+/* One pass over the stale patches, or over all of the masks when something dynamic is or was there; the last one
+ * leaves the list of words with touched parents. */
+static void merge_cells(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
+                        bool stale)
 {
-    uint32_t top = svo_levels(svo) - 1, words = svo->mask_words[top];
-    uint32_t pass[4] = {words, scene->static_changed, svo_levels(svo), svo->mask_first[top]};
+    uint32_t top = svo_levels(svo) - 1, words = svo->mask_words[top], patches = scene->stale_patch_count;
+    uint32_t pass[4] = {words, svo->mask_first[top], svo_levels(svo), stale ? patches : 0};
     size_t layer_bytes = (size_t)svo->layer_words * 4;
-    kd_gpu_buffer masks = svo->level_masks[svo->current];
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage_range(gpu, 1, svo->masks, 0, layer_bytes);
     kd_gpu_bind_storage_range(gpu, 2, svo->masks, layer_bytes, layer_bytes);
-    kd_gpu_bind_storage_range(gpu, 3, svo->fresh, 0, layer_bytes);
-    kd_gpu_bind_storage(gpu, 4, scene->stale_bricks);
-    kd_gpu_bind_storage(gpu, 5, masks);
-    kd_gpu_bind_storage(gpu, 6, svo->touched);
-    kd_gpu_dispatch(gpu, state->programs[SVO_MERGE], groups(words), 1, 1);
+    kd_gpu_bind_storage(gpu, 3, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 4, svo->touched);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
+    if (stale) {
+        kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
+        kd_gpu_bind_storage(gpu, 5, scene->stale);
+        kd_gpu_bind_storage(gpu, 6, svo->fresh);
+    }
+    kd_gpu_dispatch_linear(gpu, state->programs[stale ? SVO_MERGE_STALE : SVO_MERGE],
+                           groups(stale ? patches : words));
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+}
+
+static void merge_masks(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+{
+    uint32_t top = svo_levels(svo) - 1;
+    bool dynamic = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0 || state->dynamic_before;
+    kd_gpu_buffer masks = svo->level_masks[svo->current];
+    kd_gpu_fill_buffer(gpu, svo->touched, 0, (size_t)svo->mask_words[top] * 4, 0);
+    kd_gpu_copy_buffer(gpu, svo->level_masks[svo->current ^ 1], 0, masks, 0, kd_gpu_buffer_size(gpu, masks));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    if (scene->static_changed)
+        merge_cells(gpu, state, svo, scene, true);
+    if (dynamic) {
+        kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_TOUCHED_PARTS * 4, 4, 0);
+        merge_cells(gpu, state, svo, scene, false);
+    }
     for (uint32_t l = top; l-- > 0;) {
         uint32_t up[4] = {svo->mask_words[l], svo->mask_first[l + 1], svo->mask_first[l], 0};
         kd_gpu_bind_uniform(gpu, 0, up, sizeof up);
@@ -103,21 +127,25 @@ static void rank(kd_gpu *gpu, svo_state *state, const kd_svo *svo, kd_gpu_buffer
 static void change_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l, bool come)
 {
     uint32_t words = svo->mask_words[l], parents = l > 0 ? svo->mask_first[l - 1] : KD_EMPTY;
-    uint32_t pass[4] = {words, svo->mask_first[l], come, parents}, at[4] = {words, l, 0, 0};
+    uint32_t pass[4] = {words, svo->mask_first[l], come, parents}, at[4] = {0, l, 0, 0};
     uint32_t settle[4] = {l, come, 0, 0};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
-    kd_gpu_bind_storage(gpu, 0, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current ^ 1]);
     kd_gpu_bind_storage(gpu, 2, svo->diff);
+    kd_gpu_bind_storage(gpu, 3, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_dispatch(gpu, state->programs[SVO_DIFF], groups(words), 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     rank(gpu, state, svo, svo->diff, 0, words, KD_COUNT_DIFF);
+    svo_args(gpu, state, svo, KD_COUNT_PARTS, UINT32_MAX, 1, KD_ARGS_LIST);
     bind_book(gpu, svo);
     kd_gpu_bind_uniform(gpu, 0, at, sizeof at);
     kd_gpu_bind_storage(gpu, 1, svo->diff);
     kd_gpu_bind_storage(gpu, 2, svo->diff_ranks);
     kd_gpu_bind_storage(gpu, 5, svo->level_masks[svo->current]);
-    kd_gpu_dispatch(gpu, state->programs[come ? SVO_COME : SVO_VANISH], groups(words), 1, 1);
+    kd_gpu_dispatch_indirect(gpu, state->programs[come ? SVO_COME : SVO_VANISH], svo->counters,
+                             KD_ARGS_LIST * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_bind_uniform(gpu, 0, settle, sizeof settle);
     kd_gpu_dispatch(gpu, state->programs[SVO_SETTLE], 1, 1, 1);
@@ -147,15 +175,15 @@ static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_v
     svo_write_params(gpu, svo, scene);
 }
 
+/* Numbers of the touched leaf parents, from the list of words that the merge left. */
 static void list_touched(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
 {
-    uint32_t top = svo_levels(svo) - 1, words = svo->mask_words[top], pass[4] = {words, top, 0, 0};
-    rank(gpu, state, svo, svo->touched, 0, words, KD_COUNT_TOUCHED);
+    uint32_t pass[4] = {0, svo_levels(svo) - 1, 0, 0};
+    svo_args(gpu, state, svo, KD_COUNT_TOUCHED_PARTS, UINT32_MAX, 1, KD_ARGS_LIST);
     bind_book(gpu, svo);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 1, svo->touched);
-    kd_gpu_bind_storage(gpu, 2, svo->diff_ranks);
-    kd_gpu_dispatch(gpu, state->programs[SVO_TOUCHED], groups(words), 1, 1);
+    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_TOUCHED], svo->counters, KD_ARGS_LIST * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     svo_args(gpu, state, svo, KD_COUNT_TOUCHED, svo->node_capacity, 8, KD_ARGS_TOUCHED);
 }

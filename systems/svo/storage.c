@@ -26,7 +26,11 @@ static void place_cells(kd_svo *svo)
     p->others.x = bits;
     p->others.y = 2 * bits;
     p->others.z = 3 * bits;
-    p->list.x = 3 * bits + n * KD_UP_CELLS;
+    p->words.x = p->others.z + n * KD_UP_CELLS;
+    p->words.y = p->words.x + svo->layer_words / 8;
+    p->words.z = p->words.y + KD_UP_CELLS / 32;
+    p->words.w = p->words.z + KD_UP_CELLS;
+    p->list.x = p->words.w + svo->layer_words / 8;
 }
 
 static uint32_t fixed_words(const kd_svo *svo)

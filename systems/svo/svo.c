@@ -115,7 +115,7 @@ static void build(kd_system_context *context)
             svo_sum_static(gpu, state, svo, scene);
         svo_build_nodes(gpu, state, svo, scene);
         if (scene->static_changed)
-            svo_pack_static(gpu, state, svo);
+            svo_pack_static(gpu, state, svo, scene);
     } else {
         svo_args(gpu, state, svo, KD_COUNT_TOUCHED, 0, 0, KD_ARGS_TOUCHED);
     }
@@ -144,6 +144,7 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_PACK] = "shaders/svo/pack.comp",
     [SVO_PACK_STATIC] = "shaders/svo/pack_static.comp",
     [SVO_MERGE] = "shaders/svo/merge.comp",
+    [SVO_MERGE_STALE] = "shaders/svo/merge.comp",
     [SVO_REDUCE] = "shaders/svo/reduce.comp",
     [SVO_DIFF] = "shaders/svo/diff.comp",
     [SVO_VANISH] = "shaders/svo/vanish.comp",
@@ -156,6 +157,7 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_DENSE_LIST] = "shaders/svo/dense_list.comp",
     [SVO_FILTER_DENSE] = "shaders/svo/filter_dense.comp",
     [SVO_FILTER_UP] = "shaders/svo/filter_up.comp",
+    [SVO_ABOVE_LIST] = "shaders/svo/above_list.comp",
     [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
 };
 
@@ -163,9 +165,12 @@ static kd_status init(kd_system_context *context)
 {
     svo_state *s = context->user;
     kd_gpu *gpu = context->gpu;
+    const char *stale[] = {"KD_STALE 1", NULL};
     bool all = true;
     for (int i = 0; i < SVO_PROGRAM_COUNT; i++) {
-        s->programs[i] = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = program_paths[i]});
+        s->programs[i] = kd_gpu_make_program(
+            gpu, &(kd_gpu_program_desc){.compute = program_paths[i],
+                                        .defines = i == SVO_MERGE_STALE ? stale : NULL});
         all = all && s->programs[i].id;
     }
     s->readback = kd_gpu_make_readback(gpu, KD_COUNT_WORDS * 4, 4, "svo.counters");

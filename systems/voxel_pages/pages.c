@@ -476,7 +476,7 @@ static void fini(kd_system_context *context)
     kd_gpu_destroy_program(context->gpu, state->allocate);
     kd_gpu_destroy_program(context->gpu, state->free);
     kd_gpu_destroy_program(context->gpu, state->bounds);
-    kd_gpu_buffer stale[] = {scene->stale_bricks, scene->stale_boxes, scene->stale_groups};
+    kd_gpu_buffer stale[] = {scene->stale, scene->stale_boxes};
     for (size_t i = 0; i < sizeof stale / sizeof *stale; i++)
         kd_gpu_destroy_buffer(context->gpu, stale[i]);
     stale_fini(&state->stale);

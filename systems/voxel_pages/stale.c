@@ -46,7 +46,8 @@ static bool clip(span_box *b, const span_box *by)
     return any;
 }
 
-static void push(stale_parts *stale, const kd_voxel_scene *scene, uint32_t c, span_box b)
+/* `filled`: voxels may lie there; else it is only emptied. */
+static void push(stale_parts *stale, const kd_voxel_scene *scene, uint32_t c, span_box b, bool filled)
 {
     span_box all = window(scene, scene->origin_cells[c]);
     if (!clip(&b, &all))
@@ -68,30 +69,37 @@ static void push(stale_parts *stale, const kd_voxel_scene *scene, uint32_t c, sp
         low[k] = (b.low[k] - all.low[k]) * n;
         high[k] = (b.high[k] - all.low[k]) * n;
     }
-    out->low.w = out->high.w = (int32_t)c;
+    out->low.w = (int32_t)c;
+    out->high.w = filled;
 }
 
 /* What of `a` is not in `b`: at most two slabs an axis. */
 static void push_difference(stale_parts *stale, const kd_voxel_scene *scene, uint32_t c, span_box a,
-                            const span_box *b)
+                            const span_box *b, bool filled)
 {
     span_box common = a;
     if (!clip(&common, b)) {
-        push(stale, scene, c, a);
+        push(stale, scene, c, a, filled);
         return;
     }
     for (int k = 0; k < 3; k++) {
         span_box slab = a;
         slab.high[k] = common.low[k];
         if (slab.low[k] < slab.high[k])
-            push(stale, scene, c, slab);
+            push(stale, scene, c, slab, filled);
         slab = a;
         slab.low[k] = common.high[k];
         if (slab.low[k] < slab.high[k])
-            push(stale, scene, c, slab);
+            push(stale, scene, c, slab, filled);
         a.low[k] = common.low[k];
         a.high[k] = common.high[k];
     }
+}
+
+/* Words of the masks of leaf parents, all cascades: 256 cells each. */
+static uint32_t patch_words(const kd_voxel_scene *scene)
+{
+    return scene->cascade_count << (3 * scene->resolution_log2 - 8);
 }
 
 kd_status stale_begin(stale_parts *stale, const kd_voxel_scene *scene)
@@ -103,18 +111,20 @@ kd_status stale_begin(stale_parts *stale, const kd_voxel_scene *scene)
     stale->all = false;
     if (!stale->bits)
         stale->bits = calloc(KD_MAX_CASCADES, KD_DENSE_WORDS * sizeof *stale->bits);
-    if (!stale->bits)
+    if (!stale->patches)
+        stale->patches = calloc(patch_words(scene), sizeof *stale->patches);
+    if (!stale->bits || !stale->patches)
         return KD_NO_MEMORY;
     if (!scene->placed)
         stale_add_all(stale, scene);
     for (uint32_t c = 0; c < scene->cascade_count && scene->placed; c++) {
         span_box outer = window(scene, before[c]);
-        push_difference(stale, scene, c, window(scene, now[c]), &outer);
+        push_difference(stale, scene, c, window(scene, now[c]), &outer, true);
         if (c == 0)
             continue;
         span_box inner = inner_window(scene, now, c), was = inner_window(scene, before, c);
-        push_difference(stale, scene, c, inner, &was);
-        push_difference(stale, scene, c, was, &inner);
+        push_difference(stale, scene, c, inner, &was, false);
+        push_difference(stale, scene, c, was, &inner, true);
     }
     return KD_OK;
 }
@@ -132,7 +142,7 @@ void stale_add(stale_parts *stale, const kd_voxel_scene *scene, uint32_t c, kd_v
         if (b.low[k] >= b.high[k])
             return;
     }
-    push(stale, scene, c, b);
+    push(stale, scene, c, b, true);
 }
 
 void stale_add_all(stale_parts *stale, const kd_voxel_scene *scene)
@@ -142,7 +152,7 @@ void stale_add_all(stale_parts *stale, const kd_voxel_scene *scene)
     stale->all = true;
     stale->count = 0;
     for (uint32_t c = 0; c < scene->cascade_count; c++)
-        push(stale, scene, c, window(scene, scene->origin_cells[c]));
+        push(stale, scene, c, window(scene, scene->origin_cells[c]), true);
 }
 
 static uint32_t spread(uint32_t v)
@@ -173,27 +183,50 @@ static void set_bits(stale_parts *stale, const kd_voxel_scene *scene, const stru
             }
 }
 
+/* A brick is a bit, a byte or two words of leaf parents. */
+static void list_patches(stale_parts *stale, const kd_voxel_scene *scene)
+{
+    uint32_t words = scene->cascade_count * KD_DENSE_WORDS, *out = stale->patches, n = 0;
+    uint32_t levels = scene->resolution_log2 - KD_DENSE_LOG2;
+    for (uint32_t w = 0; w < words; w++) {
+        uint32_t bits = stale->bits[w];
+        if (levels == 1 && bits)
+            out[n++] = w;
+        for (uint32_t i = 0; levels == 2 && i < 8 && bits; i++)
+            if (bits >> (4 * i) & 15)
+                out[n++] = w * 8 + i;
+        for (uint32_t i = 0; levels == 3 && i < 32 && bits; i++)
+            if (bits >> i & 1) {
+                out[n++] = (w * 32 + i) * 2;
+                out[n++] = (w * 32 + i) * 2 + 1;
+            }
+    }
+    stale->patch_count = n;
+}
+
 kd_status stale_upload(stale_parts *stale, kd_gpu *gpu, kd_voxel_scene *scene)
 {
-    size_t bytes = (size_t)scene->cascade_count * KD_DENSE_WORDS * 4;
-    bool first = !scene->stale_bricks.id;
-    kd_status status = kd_gpu_ensure_buffer(gpu, &scene->stale_bricks, bytes, 0, "voxels.stale_bricks");
+    uint32_t bits = scene->cascade_count * KD_DENSE_WORDS, patches = patch_words(scene);
+    struct kd_stale_places *p = &scene->stale_places;
+    *p = (struct kd_stale_places){KD_STALE_HEAD, KD_STALE_HEAD + bits, KD_STALE_HEAD + bits + patches,
+                                  KD_STALE_HEAD + bits + 2 * patches};
+    kd_status status = kd_gpu_ensure_buffer(gpu, &scene->stale, (size_t)p->groups * 4, 0, "voxels.stale");
     size_t boxes = (stale->count ? stale->count : 1) * sizeof *stale->boxes;
     if (!status)
         status = kd_gpu_ensure_buffer(gpu, &scene->stale_boxes, boxes, 0, "voxels.stale_boxes");
-    if (status)
+    scene->static_changed = !status && stale->count > 0;
+    if (status || !stale->count)
         return status;
-    scene->static_changed = stale->count > 0;
+    memset(stale->bits, 0, (size_t)bits * 4);
+    for (uint32_t i = 0; i < stale->count; i++)
+        set_bits(stale, scene, &stale->boxes[i]);
+    list_patches(stale, scene);
     scene->stale_box_count = stale->count;
-    if (stale->bits_set || stale->count || first) {
-        memset(stale->bits, 0, bytes);
-        for (uint32_t i = 0; i < stale->count; i++)
-            set_bits(stale, scene, &stale->boxes[i]);
-        kd_gpu_write_buffer(gpu, scene->stale_bricks, 0, stale->bits, bytes);
-    }
-    if (stale->count)
-        kd_gpu_write_buffer(gpu, scene->stale_boxes, 0, stale->boxes, stale->count * sizeof *stale->boxes);
-    stale->bits_set = stale->count > 0;
+    scene->stale_patch_count = stale->patch_count;
+    kd_gpu_write_buffer(gpu, scene->stale_boxes, 0, stale->boxes, stale->count * sizeof *stale->boxes);
+    kd_gpu_write_buffer(gpu, scene->stale, (size_t)p->bits * 4, stale->bits, (size_t)bits * 4);
+    kd_gpu_write_buffer(gpu, scene->stale, (size_t)p->patches * 4, stale->patches,
+                        (size_t)stale->patch_count * 4);
     return KD_OK;
 }
 
@@ -201,5 +234,6 @@ void stale_fini(stale_parts *stale)
 {
     free(stale->boxes);
     free(stale->bits);
+    free(stale->patches);
     *stale = (stale_parts){0};
 }

@@ -10,7 +10,9 @@ typedef struct stale_parts {
     struct kd_stale_box *boxes; /* from the cascade's low corner */
     uint32_t count, capacity;
     uint32_t *bits; /* of dense cells, by wrapped Morton code */
-    bool bits_set, all;
+    uint32_t *patches; /* words of leaf parents with stale cells */
+    uint32_t patch_count;
+    bool all;
 } stale_parts;
 
 /** Begin a frame: nothing is stale but what the move of the cascades makes so. Errors KD_NO_MEMORY */

@@ -16,7 +16,7 @@
 enum { GROUP = 128 };
 
 typedef struct transform_state {
-    kd_gpu_program dynamic, cull, cull_args, mark_static;
+    kd_gpu_program dynamic, patches, cull, cull_args, mark_static;
     kd_gpu_texture joints, geometry, indices; /* texel buffer views */
     uint32_t viewed[3];                       /* the buffers they were made of */
     kd_gpu_buffer none;
@@ -76,11 +76,21 @@ static void transform_dynamic(kd_system_context *context, transform_state *state
 
 static void bind_static(kd_gpu *gpu, const kd_voxel_scene *scene)
 {
-    kd_gpu_bind_storage(gpu, 0, scene->stale_groups);
+    kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
+    kd_gpu_bind_storage(gpu, 0, scene->stale);
     kd_gpu_bind_storage(gpu, 1, scene->pages[KD_LAYER_STATIC].segments);
     kd_gpu_bind_storage(gpu, 2, scene->object_params);
     kd_gpu_bind_storage(gpu, 3, scene->chunk_params);
     kd_gpu_bind_storage(gpu, 4, scene->cache_shape);
+}
+
+static void number_patches(kd_gpu *gpu, const transform_state *state, const kd_voxel_scene *scene)
+{
+    uint32_t pass[4] = {scene->stale_patch_count, 0, 0, 0};
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
+    kd_gpu_bind_storage(gpu, 0, scene->stale);
+    kd_gpu_dispatch_linear(gpu, state->patches, (scene->stale_patch_count + 63) / 64);
 }
 
 /* List the groups of static voxels that may lie in stale parts. */
@@ -88,13 +98,15 @@ static kd_status cull_static(kd_gpu *gpu, const transform_state *state, kd_voxel
 {
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_STATIC];
     uint32_t slots = pages->page_count * KD_PAGE_SEGMENTS, groups = slots * KD_SEGMENT_GROUPS;
+    size_t lists = (size_t)scene->stale_places.groups * 4;
     kd_status status =
-        kd_gpu_ensure_buffer(gpu, &scene->stale_groups, 16 + (size_t)groups * 4, 0, "voxels.stale_groups");
+        kd_gpu_ensure_buffer(gpu, &scene->stale, lists + (size_t)groups * 4, lists, "voxels.stale");
     if (status)
         return status;
     uint32_t pass[4] = {slots, scene->stale_box_count, 0, 0};
-    kd_gpu_fill_buffer(gpu, scene->stale_groups, 0, 16, 0);
+    kd_gpu_fill_buffer(gpu, scene->stale, 0, KD_STALE_HEAD * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    number_patches(gpu, state, scene);
     bind_static(gpu, scene);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 5, pages->bounds);
@@ -108,8 +120,7 @@ static kd_status cull_static(kd_gpu *gpu, const transform_state *state, kd_voxel
 
 static void mark_static(kd_gpu *gpu, const transform_state *state, kd_voxel_scene *scene, const kd_svo *svo)
 {
-    size_t mask_bytes = (size_t)svo->layer_words * 4;
-    kd_gpu_fill_buffer(gpu, svo->fresh, 0, mask_bytes, 0);
+    kd_gpu_fill_buffer(gpu, svo->fresh, 0, (size_t)scene->stale_patch_count * 32, 0);
     if (!scene->pages[KD_LAYER_STATIC].segment_count)
         return;
     if (cull_static(gpu, state, scene) != KD_OK) {
@@ -117,9 +128,8 @@ static void mark_static(kd_gpu *gpu, const transform_state *state, kd_voxel_scen
         return;
     }
     bind_static(gpu, scene);
-    kd_gpu_bind_storage(gpu, 5, scene->stale_bricks);
-    kd_gpu_bind_storage_range(gpu, 6, svo->fresh, 0, mask_bytes);
-    kd_gpu_dispatch_indirect(gpu, state->mark_static, scene->stale_groups, 0);
+    kd_gpu_bind_storage(gpu, 5, svo->fresh);
+    kd_gpu_dispatch_indirect(gpu, state->mark_static, scene->stale, 0);
 }
 
 static void run(kd_system_context *context)
@@ -156,18 +166,20 @@ static kd_status init(kd_system_context *context)
     transform_state *state = context->user;
     kd_gpu *gpu = context->gpu;
     state->dynamic = program(gpu, "shaders/voxel_transform/transform.comp");
+    state->patches = program(gpu, "shaders/voxel_transform/patches.comp");
     state->cull = program(gpu, "shaders/voxel_transform/cull.comp");
     state->cull_args = program(gpu, "shaders/voxel_transform/cull_args.comp");
     state->mark_static = program(gpu, "shaders/voxel_transform/mark_static.comp");
     state->none = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "none"});
-    bool all = state->dynamic.id && state->cull.id && state->cull_args.id && state->mark_static.id;
+    bool all = state->dynamic.id && state->patches.id && state->cull.id && state->cull_args.id && state->mark_static.id;
     return all && state->none.id ? KD_OK : KD_GPU;
 }
 
 static void fini(kd_system_context *context)
 {
     transform_state *state = context->user;
-    kd_gpu_program programs[] = {state->dynamic, state->cull, state->cull_args, state->mark_static};
+    kd_gpu_program programs[] = {state->dynamic, state->patches, state->cull, state->cull_args,
+                                 state->mark_static};
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
         kd_gpu_destroy_program(context->gpu, programs[i]);
     kd_gpu_destroy_texture(context->gpu, state->joints);
