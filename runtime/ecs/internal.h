@@ -410,6 +410,11 @@ void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count); /
 void ecs_column_stamp(kd_world *w, ecs_table *t, uint32_t column, uint32_t row, uint32_t count);
 
 /* commands.c */
+/** Is `key` this one or one of those behind it that are the same system's? */
+static inline bool ecs_key_follows(uint64_t key, uint64_t first)
+{
+    return key >= first && key >> 32 == first >> 32;
+}
 kd_entity ecs_commands_resolve(const kd_world *w, kd_entity e); /* KD_NO_ENTITY when unknown */
 void ecs_commands_fini(kd_world *w);
 

@@ -1,7 +1,8 @@
 /* A query's rows shared among workers. Rows are numbered through all matched tables; a worker gets a stretch of
  * numbers and sees it table by table. How the stretches are cut depends on timing, so nothing may depend on the
  * cuts: commands are recorded under the number of the stretch's first row, which puts them in the order of rows
- * however they were cut. */
+ * however they were cut. A loop under the caller's own key takes as many keys as it has rows, and the caller
+ * goes on behind them. */
 
 #include <assert.h>
 
@@ -110,6 +111,17 @@ static void run_all(parallel *p, kd_jobs *jobs, uint32_t lines)
         kd_jobs_parallel_for(jobs, lines - p->done, 0, run_rest, p);
 }
 
+/* Run the loop, and let what the caller records next come behind what its rows recorded. */
+static void run_in_order(parallel *p, kd_jobs *jobs)
+{
+    kd_commands *own = kd_world_commands(p->query->world, jobs ? kd_jobs_worker(jobs) : 0);
+    bool is_own = ecs_key_follows(own->key, p->key);
+    p->key = is_own ? own->key : p->key;
+    run_all(p, jobs, (p->total + LINE_ROWS - 1) / LINE_ROWS);
+    if (is_own)
+        own->key = p->key + p->total;
+}
+
 kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_key, kd_rows_fn *fn,
                             void *user)
 {
@@ -122,10 +134,9 @@ kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_
     if (!starts)
         return KD_NO_MEMORY;
     parallel p = {q, fn, user, command_key, number_rows(q, starts), 0, starts};
-    uint32_t lines = (p.total + LINE_ROWS - 1) / LINE_ROWS;
     uint64_t structure = w->structure;
-    if (lines)
-        run_all(&p, jobs, lines);
+    if (p.total)
+        run_in_order(&p, jobs);
     assert(structure == w->structure &&
            "structure changed in kd_query_parallel; record the change with kd_commands");
     (void)structure;

@@ -139,7 +139,9 @@ typedef void kd_rows_fn(kd_iter *rows, kd_commands *commands, void *user);
 /** Visit all matching rows, shared among the workers of `jobs` (NULL: here). What is too short to gain from a second
  * thread runs on the calling one. Calls may come in any order and cut the rows anywhere: change only what belongs to
  * the rows, and record commands row by row, then they are merged in the order of rows at any thread count.
- *  command_key  of the commands recorded, to which the row's number is added; a system gives context->command_key
+ *  command_key  of the commands recorded, to which the row's number is added; a system gives context->command_key. Under
+ *               the key that the caller's own commands have, loops and what is recorded round them are merged in the
+ *               order of the program
  *  Errors       NO_MEMORY, only for queries of more than 256 tables; nothing was visited
  *  Threading    a worker of `jobs` (the thread that made it is one) that may access the components */
 kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_key, kd_rows_fn *fn,

@@ -94,7 +94,6 @@ struct kd_schedule {
     kd_job_counter unfinished; /* jobs of this frame */
     _Atomic int status;        /* first failure of this frame */
     kd_arena scratch[KD_MAX_WORKERS];
-    uint64_t keys[KD_MAX_WORKERS]; /* of the system that each worker runs, 0: none */
 };
 
 static inline bool schedule_on_lane(const kd_schedule *s, const schedule_node *node)

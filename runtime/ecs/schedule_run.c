@@ -29,12 +29,6 @@ static void fail_frame(kd_schedule *s, kd_status status)
         atomic_compare_exchange_strong(&s->status, &none, (int)status);
 }
 
-static void set_key(kd_schedule *s, uint32_t worker, uint64_t key)
-{
-    s->keys[worker] = key;
-    kd_commands_key(kd_world_commands(s->world, worker), key);
-}
-
 static void run_measured(kd_schedule *s, schedule_system *system, kd_system_context *context)
 {
     if (!s->measured) {
@@ -51,8 +45,9 @@ static void run_once(kd_schedule *s, uint32_t index, kd_system_context *context)
 {
     schedule_system *system = &s->systems[index];
     uint32_t worker = context->worker;
-    uint64_t outer_key = s->keys[worker]; /* a system that waits for its jobs may be helping with this one */
-    set_key(s, worker, system->command_key);
+    kd_commands *commands = kd_world_commands(s->world, worker);
+    uint64_t outer_key = commands->key; /* a system that waits for its jobs may be helping with this one */
+    kd_commands_key(commands, context->command_key);
     uint32_t outer_label = kd_jobs_set_label(s->jobs, worker, index + 1);
     if (s->hooks.begin)
         s->hooks.begin(s->hooks.user, index, worker);
@@ -70,7 +65,9 @@ static void run_once(kd_schedule *s, uint32_t index, kd_system_context *context)
     if (s->hooks.end)
         s->hooks.end(s->hooks.user, index, worker);
     kd_jobs_set_label(s->jobs, worker, outer_label);
-    set_key(s, worker, outer_key);
+    if (ecs_key_follows(commands->key, context->command_key))
+        context->command_key = commands->key; /* its next run of this frame goes on from there */
+    kd_commands_key(commands, outer_key);
     system->counts.runs++;
 }
 

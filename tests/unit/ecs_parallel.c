@@ -132,6 +132,34 @@ static void commands_give_the_same_world_at_any_thread_count(void **state)
     }
 }
 
+/* Commands before, between and behind two loops under the caller's own key: each as in the text of the program,
+ * wherever the rows were cut. */
+static uint64_t looped_twice(uint32_t threads)
+{
+    kd_jobs *jobs = threads ? kd_jobs_make(threads) : NULL;
+    kd_world *w = mixed_world(9000);
+    kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(health)}});
+    kd_commands *own = kd_world_commands(w, 0);
+    for (uint32_t loop = 0; loop < 2; loop++) {
+        kd_commands_spawn(own, (kd_value[]){KD_VAL(bond, {KD_NO_ENTITY, loop})}, 1);
+        assert_int_equal(kd_query_parallel(q, jobs, 0, change_structure, NULL), KD_OK);
+    }
+    kd_commands_spawn(own, (kd_value[]){KD_VAL(bond, {KD_NO_ENTITY, 2})}, 1);
+    assert_int_equal(kd_world_merge(w), KD_OK);
+    uint64_t checksum = kd_world_checksum(w);
+    kd_world_destroy(w);
+    kd_jobs_destroy(jobs);
+    return checksum;
+}
+
+static void what_is_recorded_behind_a_loop_is_merged_behind_its_rows(void **state)
+{
+    (void)state;
+    uint64_t alone = looped_twice(0);
+    for (uint32_t threads = 1; threads <= 4; threads++)
+        assert_true(looped_twice(threads) == alone);
+}
+
 typedef struct wide_kind {
     float value;
 } wide_kind;
@@ -173,6 +201,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_row_is_visited_once),
         cmocka_unit_test(commands_give_the_same_world_at_any_thread_count),
+        cmocka_unit_test(what_is_recorded_behind_a_loop_is_merged_behind_its_rows),
         cmocka_unit_test(more_tables_than_usual_are_fine),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -280,6 +280,57 @@ static void statistics_tell_runs_and_why_there_were_none(void **state)
     destroy(&f);
 }
 
+/* Rows with enough work for the loop to be cut, each of which records one spawn. */
+static void split_rows(kd_iter *rows, kd_commands *commands, void *user)
+{
+    const tally *t = KD_COLUMN(rows, tally, 0);
+    const uint32_t *run = user;
+    for (uint32_t i = 0; i < rows->count; i++) {
+        uint32_t value = t[i].value + *run;
+        for (int k = 0; k < 500; k++)
+            value = value * 1664525u + 1013904223u;
+        kd_commands_spawn(commands, (kd_value[]){KD_VAL(tally, {value})}, 1);
+    }
+}
+
+static void loop_in_each_run(kd_system_context *c)
+{
+    uint32_t *run = c->user;
+    kd_query *q = kd_query_make(c->world, &(kd_query_desc){.terms = {KD_READ(tally)}});
+    ++*run;
+    assert_int_equal(kd_query_parallel(q, c->jobs, c->command_key, split_rows, run), KD_OK);
+    kd_commands_spawn(c->commands, (kd_value[]){KD_VAL(tally, {*run})}, 1);
+    kd_query_destroy(q);
+}
+
+static uint64_t world_of_loops(uint32_t threads)
+{
+    fixture f = make(threads);
+    uint32_t run = 0;
+    for (uint32_t i = 0; i < 5000; i++)
+        kd_spawn(f.world, KD_VAL(tally, {i}));
+    assert_int_equal(kd_schedule_add(f.schedule, &(kd_system_desc){.name = "loops",
+                                                                   .rate = {.every_s = 0.25},
+                                                                   .components = {KD_CHANGES(tally)},
+                                                                   .run = loop_in_each_run,
+                                                                   .user = &run}),
+                     KD_OK);
+    kd_schedule_set_step(f.schedule, 0.5);
+    assert_int_equal(kd_schedule_run(f.schedule), KD_OK);
+    assert_int_equal(run, 2);
+    uint64_t checksum = kd_world_checksum(f.world);
+    destroy(&f);
+    return checksum;
+}
+
+static void runs_of_one_frame_record_one_behind_the_other(void **state)
+{
+    (void)state;
+    uint64_t alone = world_of_loops(1);
+    for (uint32_t threads = 2; threads <= 4; threads++)
+        assert_true(world_of_loops(threads) == alone);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -290,6 +341,7 @@ int main(void)
         cmocka_unit_test(restored_world_goes_on_with_its_rates),
         cmocka_unit_test(rates_are_equal_at_any_thread_count),
         cmocka_unit_test(statistics_tell_runs_and_why_there_were_none),
+        cmocka_unit_test(runs_of_one_frame_record_one_behind_the_other),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
