@@ -5,10 +5,22 @@
 #include "runtime/ecs/observer.h"
 #include "runtime/ecs/internal.h"
 
+/* Close the gaps that those who left have kept. */
+static void pack_observers(kd_world *w)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < w->observer_count; i++)
+        if (w->observers[i].fn)
+            w->observers[count++] = w->observers[i];
+    w->observer_count = count;
+}
+
 kd_status kd_observe(kd_world *w, const kd_component_desc *desc, uint32_t events, kd_observer_fn *fn,
                      void *user)
 {
     kd_component_id id = kd_component_ensure(w, desc);
+    if (!w->event_hold)
+        pack_observers(w);
     if (!id || !ecs_reserve(w, &w->observers, &w->observer_capacity, w->observer_count, w->observer_count + 1,
                             sizeof *w->observers))
         return KD_NO_MEMORY;

@@ -11,7 +11,7 @@ static bool components_conflict(const kd_system_desc *a, const kd_system_desc *b
     for (const kd_component_use *u = a->components; u < a->components + KD_MAX_COMPONENT_USES && u->desc; u++)
         for (const kd_component_use *v = b->components; v < b->components + KD_MAX_COMPONENT_USES && v->desc;
              v++)
-            if (u->desc == v->desc && (u->write || v->write))
+            if ((u->write || v->write) && ecs_same_component(u->desc, v->desc))
                 return true;
     return false;
 }

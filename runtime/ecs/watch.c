@@ -11,7 +11,7 @@ ecs_declared ecs_watch_declared(const ecs_watch *watch, const kd_component_desc 
 {
     ecs_declared found = ECS_NOT_DECLARED;
     for (const kd_component_use *u = watch->uses; u < watch->uses + KD_MAX_COMPONENT_USES && u->desc; u++)
-        if ((u->desc == desc || strcmp(u->desc->name, desc->name) == 0) && found != ECS_DECLARED_WRITE)
+        if (ecs_same_component(u->desc, desc) && found != ECS_DECLARED_WRITE)
             found = u->write ? ECS_DECLARED_WRITE : ECS_DECLARED_READ;
     return found;
 }

@@ -3,7 +3,15 @@
 
 /* What the system that runs on this thread may touch, and what its queries have shown it. */
 
+#include <string.h>
+
 #include "runtime/ecs/system.h"
+
+/** Two descriptions of one name are one component, wherever they lie. */
+static inline bool ecs_same_component(const kd_component_desc *a, const kd_component_desc *b)
+{
+    return a == b || strcmp(a->name, b->name) == 0;
+}
 
 enum { ECS_WATCHED_QUERIES = 32 };
 

@@ -42,6 +42,15 @@ void jobs_run_piece(kd_jobs *jobs, job_worker *w, const job *piece)
     }
 }
 
+/* On this thread alone, in order. */
+static void run_here(const split_frame *frame, uint32_t count, uint32_t worker)
+{
+    for (uint32_t begin = 0, share; begin < count; begin += share) {
+        share = count - begin < frame->grain ? count - begin : frame->grain;
+        frame->fn(frame->user, begin, begin + share, worker);
+    }
+}
+
 static void split(kd_jobs *jobs, split_frame *frame, uint32_t begin, uint32_t end)
 {
     job piece = {.user = frame, .counter = &frame->counter, .range = begin | (uint64_t)end << 32};
@@ -74,8 +83,9 @@ void kd_jobs_parallel_for(kd_jobs *jobs, uint32_t count, uint32_t grain, kd_rang
     frame.label = inside ? jobs->workers[worker].label : 0;
     if (grain == 0)
         frame.grain = count / (jobs->threads * PIECES_PER_WORKER) + 1;
-    if (inside && count > 0 && (jobs->threads == 1 || count <= frame.grain)) {
-        fn(user, 0, count, worker);
+    if (inside && (jobs->threads == 1 || count <= frame.grain)) {
+        frame.grain = grain ? grain : count;
+        run_here(&frame, count, worker);
         return;
     }
     if (inside && grain == 0 && count >= PROBE_SHARE)

@@ -200,6 +200,24 @@ static void told_values_owned_nothing_any_more(void **state)
     kd_world_destroy(w);
 }
 
+static void coming_and_leaving_keeps_nothing(void **state)
+{
+    (void)state;
+    kd_world *w = observed_world();
+    size_t bytes = 0;
+    for (int i = 0; i < 10000; i++) {
+        assert_int_equal(kd_observe(w, &health_desc, ALL, note, &bytes), KD_OK);
+        kd_unobserve(w, &health_desc, note, &bytes);
+        if (i == 100)
+            bytes = kd_world_bytes(w);
+    }
+    assert_int_equal(kd_world_bytes(w), bytes);
+    kd_entity e = kd_spawn(w, KD_VAL(health, {1, 2}));
+    assert_int_equal(record_count, 1); /* who was there before still hears */
+    assert_told(0, KD_ON_ADD, e, &health_desc, 1, true);
+    kd_world_destroy(w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -211,6 +229,7 @@ int main(void)
         cmocka_unit_test(endless_observers_are_stopped),
         cmocka_unit_test(who_left_is_told_nothing),
         cmocka_unit_test(told_values_owned_nothing_any_more),
+        cmocka_unit_test(coming_and_leaving_keeps_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -118,6 +118,28 @@ static void conflicting_systems_run_by_phase_then_registration(void **state)
     }
 }
 
+/* Two descriptions of one name are one component: systems that know it by either conflict. */
+static void systems_conflict_over_two_descriptions_of_a_component(void **state)
+{
+    (void)state;
+    static const kd_component_desc also_red = {.name = "red", .size = sizeof(red), .align = _Alignof(red)};
+    fixture f = make(1);
+    add(&f, (kd_system_desc){
+                .name = "a", .components = {KD_CHANGES(red)}, .no_commands = true, .run = note, .user = "a"});
+    add(&f, (kd_system_desc){.name = "b",
+                             .components = {{&also_red, true}},
+                             .no_commands = true,
+                             .run = note,
+                             .user = "b"});
+    for (uint64_t seed = 1; seed <= 64; seed++) {
+        kd_schedule_randomize(f.schedule, seed);
+        clear_trace();
+        assert_int_equal(kd_schedule_run(f.schedule), KD_OK);
+        assert_string_equal(trace, "ab");
+    }
+    destroy(&f);
+}
+
 /* a writes red; b and c read it; d writes it again and must follow both. b and c are free among themselves.
  */
 static void readers_run_between_their_writers(void **state)
@@ -567,6 +589,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(conflicting_systems_run_by_phase_then_registration),
+        cmocka_unit_test(systems_conflict_over_two_descriptions_of_a_component),
         cmocka_unit_test(readers_run_between_their_writers),
         cmocka_unit_test(independent_systems_run_at_the_same_time),
         cmocka_unit_test(exclusive_system_separates_all_others),

@@ -157,7 +157,8 @@ typedef struct range_check {
 static void touch(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 {
     range_check *check = user;
-    if (begin >= end || end > check->count || worker >= check->threads)
+    bool too_many = check->grain && end - begin > check->grain;
+    if (begin >= end || end > check->count || too_many || worker >= check->threads)
         atomic_fetch_add(&check->bad, 1);
     for (uint32_t i = begin; i < end; i++)
         check->touched[i]++;
