@@ -49,7 +49,7 @@ static kd_status settings_of(const app_options *o, kd_settings *out)
 
 static kd_status compare_pictures(const app_options *o)
 {
-    app_pair pair = {.name = ""};
+    app_pair pair = {.tracer_s = NAN};
     kd_settings settings;
     kd_status status = settings_of(o, &settings);
     if (status == KD_OK)

@@ -98,8 +98,8 @@ static void print_figure(double value, const char *format, int width)
 void app_comparison_print(const app_comparison *c)
 {
     printf("%s, %ux%u, against %s\n", c->title, c->width, c->height, c->reference);
-    printf("%-24s %9s %9s %9s %9s %9s %9s %9s\n", "", "FLIP", "HDR-FLIP", "relMSE", "SSIM", "mean",
-           "ms/frame", "MiB");
+    printf("%-24s %9s %9s %9s %9s %9s %9s %9s %9s\n", "", "FLIP", "HDR-FLIP", "relMSE", "SSIM", "mean",
+           "ms/frame", "MiB", "traced s");
     for (uint32_t r = 0; r < c->row_count; r++) {
         const app_row *row = &c->rows[r];
         for (uint32_t i = row->first_pair; i < row->first_pair + row->pair_count; i++) {
@@ -113,6 +113,7 @@ void app_comparison_print(const app_comparison *c)
             print_figure(i == row->first_pair ? row->frame_ms : NAN, "%.1f", 9);
             bool bytes = i == row->first_pair && row->gpu_bytes;
             print_figure(bytes ? (double)row->gpu_bytes / (1 << 20) : NAN, "%.1f", 9);
+            print_figure(c->pairs[i].tracer_s, "%.3g", 9);
             printf("\n");
         }
     }
@@ -136,6 +137,7 @@ static void put_pair(kd_json *j, const app_pair *pair)
     put_double(j, "relmse", pair->difference.relative_mse);
     put_double(j, "ssim", pair->difference.ssim);
     put_double(j, "mean_ratio", pair->difference.mean_ratio);
+    put_double(j, "traced_s", pair->tracer_s);
     kd_json_object_end(j);
 }
 

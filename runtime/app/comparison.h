@@ -23,6 +23,7 @@ typedef struct app_pair {
     app_picture shown[2];        /* sRGB codes: test, reference */
     float *map;                  /* LDR-FLIP of every pixel */
     app_difference difference;
+    double tracer_s; /* the path tracer's time to the same relMSE; NaN: not known */
 } app_pair;
 
 /** Measure pictures of equal size: `test` and `reference` are given, the rest is filled. `light` false:
@@ -49,6 +50,8 @@ typedef struct app_comparison {
     app_row *rows;
     app_pair *pairs;
     uint32_t row_count, pair_count;
+    double tracer_rate; /* relMSE of the path tracer's indirect term times its seconds: noise falls as 1 / t;
+                           0: none */
 } app_comparison;
 
 /** Print to standard output. */

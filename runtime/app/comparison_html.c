@@ -23,6 +23,9 @@ static const char style[] =
     "absolute; "
     "left: 0; top: 0 }\n"
     "img { image-rendering: pixelated; max-width: 100% } input { width: 100%; margin: .4em 0 }\n"
+    "svg path { stroke: #333 } svg .line { stroke: #e8a; stroke-width: 2 } svg circle { fill: #fc8 } svg "
+    "text { fill: "
+    "#aaa; font-size: 12px }\n"
     "</style>\n";
 static const char script[] = "<script>\n"
                              "for (const f of document.querySelectorAll('figure.slide')) {\n"
@@ -112,7 +115,8 @@ static void put_figure(FILE *out, double value, const char *format)
 
 static void put_table(FILE *out, const app_comparison *c)
 {
-    fputs("<table>\n<tr><th>picture<th>FLIP<th>HDR-FLIP<th>relMSE<th>SSIM<th>mean<th>ms a frame<th>MiB\n",
+    fputs("<table>\n<tr><th>picture<th>FLIP<th>HDR-FLIP<th>relMSE<th>SSIM<th>mean<th>ms a "
+          "frame<th>MiB<th>traced, s\n",
           out);
     for (uint32_t r = 0; r < c->row_count; r++) {
         const app_row *row = &c->rows[r];
@@ -128,10 +132,62 @@ static void put_table(FILE *out, const app_comparison *c)
             put_figure(out, d->mean_ratio, "%.4f");
             put_figure(out, first ? row->frame_ms : NAN, "%.1f");
             put_figure(out, first && row->gpu_bytes ? (double)row->gpu_bytes / (1 << 20) : NAN, "%.1f");
+            put_figure(out, c->pairs[i].tracer_s, "%.3g");
             fputs("\n", out);
         }
     }
     fputs("</table>\n", out);
+}
+
+/* ---- error over time ---- */
+
+enum { CURVE_WIDTH = 570, CURVE_HEIGHT = 300, CURVE_LEFT = 70, DECADE_X = 75, DECADE_Y = 50 };
+
+/* Seconds from 1 ms on to the right, relMSE from 1 down to 10^-5. */
+static double curve_x(double seconds)
+{
+    return CURVE_LEFT + DECADE_X * (log10(fmax(seconds, 1e-3)) + 3);
+}
+
+static double curve_y(double error)
+{
+    return 20 + DECADE_Y * -log10(fmin(fmax(error, 1e-5), 1));
+}
+
+static void put_axes(FILE *out)
+{
+    for (int i = 0; i <= 6; i++)
+        fprintf(out, "<path d=\"M%d 20V270\"/><text x=\"%d\" y=\"288\">%g s</text>\n",
+                CURVE_LEFT + DECADE_X * i, CURVE_LEFT + DECADE_X * i, pow(10, i - 3));
+    for (int i = 0; i <= 5; i++)
+        fprintf(out, "<path d=\"M%d %dH%d\"/><text x=\"%d\" y=\"%d\">%g</text>\n", CURVE_LEFT,
+                20 + DECADE_Y * i, CURVE_LEFT + 6 * DECADE_X, CURVE_LEFT - 60, 24 + DECADE_Y * i,
+                pow(10, -i));
+}
+
+/* The path tracer is a line, since its error falls as 1 / t; each technique is a point. */
+static void put_curve(FILE *out, const app_comparison *c)
+{
+    const double k = c->tracer_rate;
+    fprintf(
+        out,
+        "<h3>Indirect light: relMSE over time</h3>\n<svg width=\"%d\" height=\"%d\" viewBox=\"0 0 %d %d\">\n",
+        CURVE_WIDTH, CURVE_HEIGHT, CURVE_WIDTH, CURVE_HEIGHT);
+    put_axes(out);
+    double from = fmax(k, 1e-3), to = fmin(k / 1e-5, 1e3);
+    if (from < to)
+        fprintf(out, "<path class=\"line\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n", curve_x(from), curve_y(k / from),
+                curve_x(to), curve_y(k / to));
+    for (uint32_t r = 0; r < c->row_count; r++) {
+        const app_row *row = &c->rows[r];
+        double x = curve_x(row->frame_ms * 1e-3),
+               y = curve_y(c->pairs[row->first_pair + 2].difference.relative_mse);
+        fprintf(out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\"/><text x=\"%.1f\" y=\"%.1f\">", x, y, x + 8,
+                y - 6);
+        put_text(out, row->name);
+        fputs("</text>\n", out);
+    }
+    fputs("</svg>\n<p>Line: path tracing on the same machine; points: techniques, whole frame.</p>\n", out);
 }
 
 kd_status app_comparison_write_html(const char *path, const app_comparison *c)
@@ -150,6 +206,8 @@ kd_status app_comparison_write_html(const char *path, const app_comparison *c)
     put_text(out, c->reference);
     fputs(".</p>\n", out);
     put_table(out, c);
+    if (c->tracer_rate > 0)
+        put_curve(out, c);
     for (uint32_t i = 0; i < c->pair_count && status == KD_OK; i++)
         status = put_pair(out, &c->pairs[i]);
     fputs(script, out);

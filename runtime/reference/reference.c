@@ -18,7 +18,7 @@ static const double PASS_S = 0.5; /* aim of a pass: progress and interrupts are 
 typedef struct pixel_sums {
     double direct[3], diffuse[3], specular[3], albedo[3], normal[3];
     double ao, depth;
-    double squares; /* of the luminance of samples */
+    double squares, indirect_squares; /* of the luminance of samples, whole and indirect part */
 } pixel_sums;
 
 struct kd_reference {
@@ -123,7 +123,9 @@ static void add_sample(kd_reference *r, pixel_sums *p, const reference_sample *s
     add3(p->normal, s->normal);
     p->ao += (double)s->ao;
     p->depth += (double)s->depth;
+    double z = (double)reference_luminance(kd_vec3_add(s->diffuse, s->specular));
     p->squares += y * y;
+    p->indirect_squares += z * z;
 }
 
 static uint64_t trace_pixel(kd_reference *r, uint32_t x, uint32_t y)
@@ -155,7 +157,7 @@ static void trace_tiles(void *user, uint32_t begin, uint32_t end, uint32_t worke
 
 /* Mean over the pixels of the variance of their mean, over its square: what relMSE against the truth would
  * be. 0.01 as there, so that black pixels count little. */
-static double estimate_noise(const kd_reference *r)
+static double estimate_noise(const kd_reference *r, bool indirect)
 {
     size_t count = (size_t)r->scene.view.width * r->scene.view.height;
     double n = r->done, sum = 0;
@@ -163,10 +165,10 @@ static double estimate_noise(const kd_reference *r)
         const pixel_sums *p = &r->pixels[i];
         double c[3];
         for (int k = 0; k < 3; k++)
-            c[k] = (p->direct[k] + p->diffuse[k] + p->specular[k]) / n;
+            c[k] = ((indirect ? 0 : p->direct[k]) + p->diffuse[k] + p->specular[k]) / n;
         double mean = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
-        double variance = fmax(p->squares / n - mean * mean, 0) / n;
-        sum += variance / (mean * mean + 0.01);
+        double squares = indirect ? p->indirect_squares : p->squares;
+        sum += fmax(squares / n - mean * mean, 0) / n / (mean * mean + 0.01);
     }
     return n > 1 ? sum / (double)count : INFINITY;
 }
@@ -183,7 +185,7 @@ static uint32_t next_pass(const kd_reference *r, double sample_s)
 static bool is_enough(const kd_reference *r)
 {
     return r->done == r->desc.spp || (r->desc.time_budget_s > 0 && r->trace_s >= r->desc.time_budget_s) ||
-           (r->desc.noise > 0 && r->done >= 16 && estimate_noise(r) <= r->desc.noise);
+           (r->desc.noise > 0 && r->done >= 16 && estimate_noise(r, false) <= r->desc.noise);
 }
 
 kd_status kd_reference_render(kd_reference *r)
@@ -244,6 +246,7 @@ kd_reference_info kd_reference_get_info(const kd_reference *r)
                                .rays = r->rays,
                                .build_s = r->build_s,
                                .trace_s = r->trace_s,
-                               .noise = estimate_noise(r),
+                               .noise = estimate_noise(r, false),
+                               .indirect_noise = estimate_noise(r, true),
                                .bad_samples = r->bad};
 }

@@ -83,8 +83,9 @@ typedef struct kd_reference_info {
     uint32_t width, height, spp; /* samples done */
     uint64_t triangles, emitters, lights, rays;
     double build_s, trace_s;
-    double noise;         /* estimated mean relative squared error of the final term */
-    uint64_t bad_samples; /* not finite, counted as black */
+    double noise;          /* estimated mean relative squared error of the final term */
+    double indirect_noise; /* the same of the indirect term */
+    uint64_t bad_samples;  /* not finite, counted as black */
 } kd_reference_info;
 kd_reference_info kd_reference_get_info(const kd_reference *r);
 
