@@ -137,7 +137,7 @@ kd_status kd_set_parent(kd_world *w, kd_entity child, kd_entity parent)
         ecs_table *now = ecs_table_of(w, child.index);
         uint32_t now_row = ecs_row_of(w, child.index);
         ecs_parents(now)[now_row] = parent;
-        ecs_column_stamp(w, now, now->column_count - 1, now_row, 1);
+        ecs_table_stamp(w, now, now_row, 1); /* every query shows parents, whatever it reads */
         ecs_hierarchy_link(w, child.index, parent.index);
     }
     return KD_OK;

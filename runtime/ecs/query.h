@@ -148,7 +148,8 @@ kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_
                             void *user);
 
 /** Take the world's change counter: keep it and set it as an iterator's changed_since to see what is accessed
- * for writing, added or moved after this call (chunk by chunk). Threading: any. */
+ * for writing, added, moved or given another parent after this call (chunk by chunk). Rows that an iterator shows
+ * already may count as accessed when it came to them: call it outside of loops that write. Threading: any. */
 uint64_t kd_world_version(const kd_world *w);
 
 void ecs_iter_check(const kd_iter *it, uint32_t index, size_t size);

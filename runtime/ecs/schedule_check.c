@@ -1,6 +1,6 @@
 /* Writes that a system does not declare. Before it runs every chunk of every column that it may not write is
- * hashed, and after it again: whichever way it was written, the difference shows. Sparse values and
- * singletons count as one chunk each. */
+ * hashed, and after it again: whichever way it was written, the difference shows. Sparse values, the values
+ * of a relation's pairs and singletons count as one chunk each. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -62,27 +62,51 @@ static bool walk_tables(kd_schedule *s, const schedule_system *system, uint32_t 
     return true;
 }
 
-static bool walk_rest(kd_schedule *s, const schedule_system *system, uint32_t *index, chunk_fn *visit)
+static uint64_t hash_pairs(const ecs_relation *r, uint32_t size)
+{
+    XXH3_state_t state;
+    XXH3_64bits_reset(&state);
+    for (uint32_t index = 0; index < r->targets.page_limit * ECS_RUN_PAGE; index++) {
+        ecs_run run = ecs_run_of(&r->targets, index);
+        if (run.count)
+            XXH3_64bits_update(&state, r->targets.values + (size_t)(run.base + run.skip) * size,
+                               (size_t)run.count * size);
+    }
+    return XXH3_64bits_digest(&state);
+}
+
+static bool walk_beside(kd_schedule *s, const schedule_system *system, kd_component_id id, uint32_t *index,
+                        chunk_fn *visit)
 {
     const kd_world *w = s->world;
-    for (kd_component_id id = 1; id <= kd_component_count(w); id++) {
-        const ecs_component *c = &w->components[id];
-        const ecs_side *side = ecs_side_of(w, id);
-        const void *single = kd_singleton_find(w, id);
-        if (s->check->may_write[id] || !c->size)
-            continue;
-        if (side && side->count) {
-            chunk at = {id, "sparse values", NULL,
-                        0,  side->count,     XXH3_64bits(side->values, (size_t)side->count * c->size)};
-            if (!visit(s, system, (*index)++, &at))
-                return false;
-        }
-        if (single && s->check->has_single[id]) {
-            chunk at = {id, "the singleton", NULL, 0, 1, XXH3_64bits(single, c->size)};
-            if (!visit(s, system, (*index)++, &at))
-                return false;
-        }
+    uint32_t size = w->components[id].size;
+    const ecs_side *side = ecs_side_of(w, id);
+    const ecs_relation *r = ecs_relation_of(w, id);
+    const void *single = s->check->has_single[id] ? kd_singleton_find(w, id) : NULL;
+    chunk at = {.id = id};
+    if (side && side->count) {
+        at.kind = "sparse values";
+        at.hash = XXH3_64bits(side->values, (size_t)side->count * size);
+        if (!visit(s, system, (*index)++, &at))
+            return false;
     }
+    if (r && r->pair_count) {
+        at.kind = "values of its pairs";
+        at.hash = hash_pairs(r, size);
+        if (!visit(s, system, (*index)++, &at))
+            return false;
+    }
+    at.kind = "the singleton";
+    at.hash = single ? XXH3_64bits(single, size) : 0;
+    return !single || visit(s, system, (*index)++, &at);
+}
+
+static bool walk_rest(kd_schedule *s, const schedule_system *system, uint32_t *index, chunk_fn *visit)
+{
+    for (kd_component_id id = 1; id <= kd_component_count(s->world); id++)
+        if (!s->check->may_write[id] && s->world->components[id].size &&
+            !walk_beside(s, system, id, index, visit))
+            return false;
     return true;
 }
 

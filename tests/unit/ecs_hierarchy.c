@@ -192,6 +192,27 @@ static void reparenting_out_of_memory_changes_nothing(void **state)
     assert_int_equal(kd_get_depth(w, e[0]), 2);
 }
 
+/* A query shows the parents of its rows: who looks at changes alone must see a child that moved to a cousin's
+ * place. Its row moves nowhere. */
+static void another_parent_counts_as_a_change(void **state)
+{
+    (void)state;
+    kd_world *w = kd_world_make();
+    kd_entity a = kd_spawn(w, KD_TAG(velocity)), b = kd_spawn(w, KD_TAG(velocity));
+    kd_entity child = kd_spawn_child(w, a, KD_TAG(position));
+    kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(position)}});
+    uint64_t since = kd_world_version(w);
+    kd_iter it = kd_query_iter(q);
+    it.changed_since = since;
+    assert_false(kd_iter_next(&it));
+    assert_int_equal(kd_set_parent(w, child, b), KD_OK);
+    it = kd_query_iter(q);
+    it.changed_since = since;
+    assert_true(kd_iter_next(&it));
+    assert_entity(it.parents[0], b);
+    kd_world_destroy(w);
+}
+
 int main(void)
 {
 #define CASE(test) cmocka_unit_test_setup_teardown(test, make, drop)
@@ -205,6 +226,7 @@ int main(void)
         CASE(destroying_a_parent_destroys_all_below),
         CASE(long_chain_needs_no_stack),
         CASE(reparenting_out_of_memory_changes_nothing),
+        cmocka_unit_test(another_parent_counts_as_a_change),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

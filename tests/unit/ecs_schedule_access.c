@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "runtime/core/log.h"
+#include "runtime/ecs/relation.h"
 #include "runtime/ecs/system.h"
 #include "runtime/jobs/jobs.h"
 
@@ -27,6 +28,12 @@ typedef struct mark {
 } mark;
 KD_COMPONENT_DEFINE(place, "place", KD_FIELD(place, value, KD_U32, NULL, "a number"));
 KD_COMPONENT_DEFINE(speed, "speed", KD_FIELD(speed, value, KD_U32, NULL, "a number"));
+typedef struct trust_given trust_given;
+KD_TAG_DEFINE(trust_given, "trust_given");
+typedef struct trust {
+    uint32_t value;
+} trust;
+KD_RELATION_DEFINE(trust, "trust", 0, KD_FIELD(trust, value, KD_U32, NULL, "a number"));
 KD_COMPONENT_DEFINE_FLAGS(mark, "mark", KD_COMPONENT_SPARSE, KD_FIELD(mark, value, KD_U32, NULL, "a number"));
 
 static char message[1024];
@@ -49,6 +56,7 @@ static kd_status run_one(kd_system_desc desc, uint32_t threads, bool checked)
         if (i == 0)
             kd_set(w, e, mark, {5});
     }
+    kd_relate_with(w, kd_spawn(w, KD_TAG(trust_given)), trust, kd_spawn_values(w, NULL, 0), {7});
     kd_singleton(w, speed)->value = 3;
     desc.name = "guilty";
     assert_int_equal(kd_schedule_add(s, &desc), KD_OK);
@@ -231,6 +239,14 @@ static void write_sparse(kd_system_context *c)
     kd_query_destroy(q);
 }
 
+static void write_pair(kd_system_context *c)
+{
+    kd_query *q = query(c, &(kd_query_desc){.terms = {KD_WITH(trust_given)}, .name = "trustful"});
+    for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);)
+        ((trust *)(uintptr_t)kd_target_values(c->world, it.entities[0], trust))->value++;
+    kd_query_destroy(q);
+}
+
 static void write_singleton(kd_system_context *c)
 {
     kd_singleton(c->world, speed)->value++;
@@ -241,6 +257,8 @@ static void sparse_values_and_singletons_are_compared(void **state)
     (void)state;
     assert_caught((kd_system_desc){.components = {KD_USES(mark)}, .run = write_sparse},
                   "wrote component mark", "sparse values", "shown by query marks");
+    assert_caught((kd_system_desc){.components = {KD_USES(trust)}, .run = write_pair}, "wrote component trust",
+                  "values of its pairs", "declares as read");
     assert_caught((kd_system_desc){.components = {KD_USES(speed)}, .run = write_singleton},
                   "wrote component speed", "the singleton", "declares as read");
     assert_caught((kd_system_desc){.components = {KD_USES(place)}, .run = write_singleton}, "kd_singleton",
