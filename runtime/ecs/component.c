@@ -88,6 +88,11 @@ static kd_component_id register_component(kd_world *w, const kd_component_desc *
                                 "bits; declare it without these flags", desc->name);
         return 0;
     }
+    if (desc->align > 64) {
+        kd_fail(KD_UNSUPPORTED, "component %s: wants its values at multiples of %u bytes; 64 is the most",
+                desc->name, desc->align);
+        return 0;
+    }
     ecs_component *c = &w->components[count + 1];
     *c = (ecs_component){.desc = desc, .size = desc->size};
     for (uint32_t i = 0; i < desc->field_count; i++)

@@ -49,7 +49,7 @@ struct kd_world;
 typedef struct kd_component_desc {
     const char *name; /* as scripts and files write it: "light" */
     uint32_t size;    /* 0: a tag */
-    uint32_t align;
+    uint32_t align;   /* bytes; values lie at multiples of it, 64 at most */
     const kd_field *fields;
     uint32_t field_count;
     const void *default_value;                    /* size bytes; NULL means zeros */

@@ -38,8 +38,8 @@ void kd_world_destroy(kd_world *w);
 
 /* ---- components of a world ---- */
 /** Find the id that `w` gave to the component, registering it first when it is new. `desc` must outlive the
- * world. Two descriptions of one name are one component. Returns 0 when memory is out, 512 are there, or
- * sizes disagree. Threading: any. */
+ * world. Two descriptions of one name are one component. Returns 0 when memory is out, 512 are there,
+ * sizes disagree or its flags or alignment cannot be had. Threading: any. */
 static inline kd_component_id kd_component_ensure(kd_world *w, const kd_component_desc *desc);
 /** Find by the name that scripts write. Returns 0 when there is none. */
 kd_component_id kd_component_find(const kd_world *w, const char *name);

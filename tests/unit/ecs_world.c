@@ -465,6 +465,22 @@ static void limit_makes_calls_fail_and_leaves_the_world_whole(void **state)
     assert_true(kd_alive(w, kd_spawn(w, KD_VAL(position, {1, 2, 3}), KD_TAG(health))));
 }
 
+static void values_lie_where_their_type_may_or_are_refused(void **state)
+{
+    (void)state;
+    static const kd_component_desc wide = {.name = "wide", .size = 192, .align = 64};
+    static const kd_component_desc wider = {.name = "wider", .size = 256, .align = 128};
+    kd_world *w = kd_world_make();
+    for (int i = 0; i < 3; i++) {
+        kd_entity e = kd_spawn(w, ((kd_value){&wide, NULL}), KD_TAG(position));
+        assert_int_equal((uintptr_t)kd_find_id(w, e, kd_component_ensure(w, &wide)) % 64, 0);
+    }
+    kd_log_set_sink(silent, NULL);
+    assert_int_equal(kd_component_ensure(w, &wider), 0);
+    kd_log_set_sink(NULL, NULL);
+    kd_world_destroy(w);
+}
+
 int main(void)
 {
 #define CASE(test) cmocka_unit_test_setup_teardown(test, make, drop)
@@ -496,6 +512,7 @@ int main(void)
         CASE(checksum_leaves_padding_out),
         CASE(bytes_grow_with_the_world_and_stay_near_the_payload),
         CASE(limit_makes_calls_fail_and_leaves_the_world_whole),
+        cmocka_unit_test(values_lie_where_their_type_may_or_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
