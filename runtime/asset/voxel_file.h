@@ -7,7 +7,7 @@
  * Words are in the writer's byte order, which the header tells. The header, the table and every block have a checksum of their
  * own, so that opening a file reads its ends alone, and blocks can be read by several threads at once.
  *
- * A block holds `count` voxels in the order of their cells: words of the cells (each less the one before), of the normals, of
+ * A block holds `count` voxels in the order of their cells (8x8x8 together): places of the cells in that order (each less the one before), of the normals, of
  * the colours, and three of the binding where the level has one; each word's bytes in four rows; all of it through zstd. What
  * the words mean stands in shaders/shared/voxel.h. */
 
@@ -17,7 +17,7 @@
 #include "runtime/core/file_map.h"
 #include "runtime/core/status.h"
 
-#define KD_VOXEL_FILE_VERSION 1u
+#define KD_VOXEL_FILE_VERSION 2u
 #define KD_VOXEL_FILE_CELLS   1024u       /* along an axis of a block */
 #define KD_VOXEL_FILE_VOXELS  (1u << 26)  /* of a block */
 

@@ -72,7 +72,7 @@ kd_status kd_voxel_writer_block(kd_voxel_writer *w, const kd_voxel_block *block,
         free(raw);
         return KD_NO_MEMORY;
     }
-    voxel_pack(words, block->count, raw);
+    voxel_pack(words, block->count, block->size, raw);
     size_t bytes = ZSTD_compress(w->bytes + w->size, bound, raw, raw_bytes, ZSTD_LEVEL);
     free(raw);
     if (ZSTD_isError(bytes))

@@ -14,6 +14,7 @@ void fragment(uint triangle, uvec3 cell, vec3 bary);
 #include "shaders/include/linear.glsl"
 #include "shaders/voxel_cache/triangle.glsl"
 #include "shaders/voxel_cache/surface.glsl"
+#include "shaders/voxel_cache/chunk_cell.glsl"
 
 void add(uint at, float value, uint weight)
 {
@@ -32,7 +33,7 @@ void fragment(uint triangle, uvec3 cell, vec3 bary)
                  bary.z * cell_position(vertex_of(triangle, 2u));
     float nearness = clamp(1.0 - distance(point, vec3(cell) + 0.5) / 0.8660254, 0.0, 1.0);
     uint weight = 1u + uint(nearness * 15.0);
-    uint bit = cell_bit(cell);
+    uint bit = chunk_bit(pass.chunk_size.xyz, cell);
     uint voxel = ranks[bit >> 5] + uint(bitCount(mask[bit >> 5] & ((1u << (bit & 31u)) - 1u)));
     vec3 normal = normalize(s.normal + vec3(0, 1e-12, 0)) * 0.5 + 0.5;
     uint at = voxel * 16u;

@@ -23,6 +23,7 @@ layout(std430, binding = 2) readonly buffer indices_block { uint indices[]; };
 
 #include "shaders/include/linear.glsl"
 #include "shaders/include/triangle_point.glsl"
+#include "shaders/voxel_cache/chunk_cell.glsl"
 
 vec3 cell_position(uint vertex)
 {
@@ -72,8 +73,7 @@ void bind_skin(uint at, uvec3 corner, vec3 bary)
 
 void bind(uint voxel, uint from, uint bit)
 {
-    uvec3 cell = uvec3(bit % pass.chunk_size.x, bit / pass.chunk_size.x % pass.chunk_size.y,
-                       bit / (pass.chunk_size.x * pass.chunk_size.y));
+    uvec3 cell = chunk_cell(pass.chunk_size.xyz, bit);
     uint triangle = 0x3FFFFFFu - (nearest[from] & 0x3FFFFFFu);
     uint first = pass.source.x + triangle * 3u;
     uvec3 corner = uvec3(indices[first], indices[first + 1u], indices[first + 2u]);
@@ -97,7 +97,7 @@ void main()
     uint bits = mask[word], voxel = ranks[word], from = voxel;
     if (bits == 0u)
         return;
-    while (from > 0u && nearest[from] == 0u) // inside of a filled mesh: the surface to the left
+    while (from > 0u && nearest[from] == 0u) // inside of a filled mesh: a surface before it; there is one to the left
         from--;
     while (bits != 0u) {
         from = nearest[voxel] != 0u ? voxel : from;

@@ -8,12 +8,13 @@ void fragment(uint triangle, uvec3 cell, vec3 bary);
 #include "shaders/include/linear.glsl"
 #include "shaders/voxel_cache/triangle.glsl"
 #include "shaders/voxel_cache/surface.glsl"
+#include "shaders/voxel_cache/chunk_cell.glsl"
 
 void fragment(uint triangle, uvec3 cell, vec3 bary)
 {
     if (material.emissive.a >= 0.0 && !fragment_opaque(fragment_load(triangle, bary)))
         return;
-    uint bit = cell_bit(cell);
+    uint bit = chunk_bit(pass.chunk_size.xyz, cell);
     atomicOr(mask[bit >> 5], 1u << (bit & 31u));
 }
 

@@ -1,10 +1,11 @@
 // Voxelization, pass 3: one invocation a mask word turns sums into cached voxels, in the order of their cells. A voxel without
-// fragments is inside of a filled mesh: it takes its colour from the surface to its left, and no side.
+// fragments is inside of a filled mesh: it takes its colour from a surface voxel before it (there is one to its left), and no side.
 layout(local_size_x = 64) in;
 
 #include "shaders/shared/voxel.h"
 #include "shaders/include/linear.glsl"
 #include "shaders/include/voxel_pack.glsl"
+#include "shaders/voxel_cache/chunk_cell.glsl"
 
 layout(std140, binding = 0) uniform pass_block {
     vec4 chunk_origin;
@@ -27,8 +28,7 @@ float mean(uint at, uint number)
 
 void pack(uint voxel, uint from, uint bit)
 {
-    uvec3 cell = uvec3(bit % pass.chunk_size.x, bit / pass.chunk_size.x % pass.chunk_size.y,
-                       bit / (pass.chunk_size.x * pass.chunk_size.y));
+    uvec3 cell = chunk_cell(pass.chunk_size.xyz, bit);
     uint at = from * 16u;
     vec3 albedo = vec3(mean(at, 0u), mean(at, 1u), mean(at, 2u));
     vec3 normal = vec3(mean(at, 3u), mean(at, 4u), mean(at, 5u)) * 2.0 - 1.0;

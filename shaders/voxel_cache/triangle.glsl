@@ -135,8 +135,3 @@ void visit_column(uint column)
         fragment(triangle, uvec3(cell), nearest_barycentric(cell + 0.5, p, q, r));
     }
 }
-
-uint cell_bit(uvec3 cell)
-{
-    return cell.x + pass.chunk_size.x * (cell.y + pass.chunk_size.y * cell.z);
-}

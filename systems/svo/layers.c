@@ -89,8 +89,8 @@ void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxe
 void svo_sum_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t words = scene->stale_patch_count * 8;
-    if (kd_gpu_rank_run(gpu, &state->rank, svo->fresh, 0, words, svo->fresh, svo->layer_words,
-                        svo->counters, KD_COUNT_FRESH) != KD_OK)
+    if (kd_gpu_rank_run(gpu, &state->rank, svo->fresh, 0, words, svo->fresh, svo->layer_words, svo->counters,
+                        KD_COUNT_FRESH) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: new voxels cannot be numbered; they are left out");
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     uint32_t fresh = svo_read_counter(gpu, svo, KD_COUNT_FRESH);

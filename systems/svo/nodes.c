@@ -65,8 +65,8 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-/* One pass over the stale patches, or over all of the masks when something dynamic is or was there; the last one
- * leaves the list of words with touched parents. */
+/* One pass over the stale patches, or over all of the masks when something dynamic is or was there; the last
+ * one leaves the list of words with touched parents. */
 static void merge_cells(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
                         bool stale)
 {

@@ -168,9 +168,9 @@ static kd_status init(kd_system_context *context)
     const char *stale[] = {"KD_STALE 1", NULL};
     bool all = true;
     for (int i = 0; i < SVO_PROGRAM_COUNT; i++) {
-        s->programs[i] = kd_gpu_make_program(
-            gpu, &(kd_gpu_program_desc){.compute = program_paths[i],
-                                        .defines = i == SVO_MERGE_STALE ? stale : NULL});
+        s->programs[i] =
+            kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = program_paths[i],
+                                                            .defines = i == SVO_MERGE_STALE ? stale : NULL});
         all = all && s->programs[i].id;
     }
     s->readback = kd_gpu_make_readback(gpu, KD_COUNT_WORDS * 4, 4, "svo.counters");

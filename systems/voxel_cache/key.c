@@ -9,7 +9,7 @@
 #include "runtime/gpu/source.h"
 
 /* Raised when code outside of the shaders changes what voxels look like: columns.c, maker.c, pack.c of the scene. */
-#define MAKER_VERSION 1u
+#define MAKER_VERSION 2u
 
 kd_status keys_init(voxel_keys *keys)
 {

@@ -10,6 +10,7 @@
 #include "runtime/core/log.h"
 #include "runtime/asset/voxel_file.h"
 #include "systems/voxel_cache/columns.h"
+#include "runtime/asset/voxel_layout.h"
 #include "systems/voxel_cache/fill.h"
 
 struct pass_params {
@@ -134,15 +135,46 @@ static kd_status mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *sto
     return status;
 }
 
+/* Blocks of 8x8x8 cells, see shaders/voxel_cache/chunk_cell.glsl. */
+static uint32_t mask_words(const kd_voxel_chunk *chunk)
+{
+    uint32_t blocks = 1;
+    for (int k = 0; k < 3; k++)
+        blocks *= (chunk->size[k] + 7) / 8;
+    return blocks * (512 / 32);
+}
+
+/* Between the mask's order and rows of cells: takes every bit that is set over to `to`. */
+static void reorder(const uint32_t *from, uint32_t words, bool to_rows, const uint32_t size[3], uint32_t *to)
+{
+    for (uint32_t w = 0; w < words; w++)
+        for (uint32_t bits = from[w]; bits; bits &= bits - 1) {
+            uint64_t bit = (uint64_t)w * 32 + (uint32_t)__builtin_ctz(bits), out;
+            uint32_t cell;
+            if (to_rows) {
+                voxel_place_cell(size, bit, &cell);
+                out = (cell & 1023) + size[0] * ((cell >> 10 & 1023) + (uint64_t)size[1] * (cell >> 20));
+            } else {
+                uint64_t row = bit / size[0];
+                cell = (uint32_t)(bit % size[0] | (row % size[1]) << 10 | (row / size[1]) << 20);
+                out = voxel_cell_place(size, cell);
+            }
+            to[out >> 5] |= 1u << (out & 31);
+        }
+}
+
 /* Fill what the marked cells enclose, on the CPU: an option for making files, not for frames. */
 static kd_status fill_inside(kd_gpu *gpu, voxelizer *v, const kd_voxel_chunk *chunk, uint32_t words, uint32_t *count)
 {
-    uint32_t *mask = malloc((size_t)words * sizeof *mask);
-    if (!mask)
-        return KD_NO_MEMORY;
-    kd_gpu_read_buffer(gpu, v->mask, 0, mask, (size_t)words * sizeof *mask);
-    kd_status status = fill_enclosed(mask, chunk->size);
+    uint32_t *mask = malloc((size_t)words * sizeof *mask), *rows = calloc(words, sizeof *rows);
+    kd_status status = mask && rows ? KD_OK : KD_NO_MEMORY;
     if (!status) {
+        kd_gpu_read_buffer(gpu, v->mask, 0, mask, (size_t)words * sizeof *mask);
+        reorder(mask, words, true, chunk->size, rows);
+        status = fill_enclosed(rows, chunk->size);
+    }
+    if (!status) {
+        reorder(rows, words, false, chunk->size, mask);
         kd_gpu_write_buffer(gpu, v->mask, 0, mask, (size_t)words * sizeof *mask);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
         status = kd_gpu_rank_run(gpu, &v->rank, v->mask, 0, words, v->ranks, 0, v->counter, 0);
@@ -150,6 +182,7 @@ static kd_status fill_inside(kd_gpu *gpu, voxelizer *v, const kd_voxel_chunk *ch
         kd_gpu_read_buffer(gpu, v->counter, 0, count, sizeof *count);
     }
     free(mask);
+    free(rows);
     return status;
 }
 
@@ -237,8 +270,7 @@ kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, 
     kd_status status = columns_list(cache->desc, chunk, &columns);
     if (status)
         return status == KD_TOO_LARGE ? KD_OUT_OF_RANGE : status;
-    uint64_t cells = (uint64_t)chunk->size[0] * chunk->size[1] * chunk->size[2];
-    uint32_t words = (uint32_t)((cells + 31) / 32);
+    uint32_t words = mask_words(chunk);
     struct pass_params pass = params_of(store, cache, scene, chunk);
     pass.chunk_size.w = columns.columns;
     size_t row_bytes = ((size_t)columns.triangles + 1) * 16;

@@ -171,7 +171,8 @@ static kd_status init(kd_system_context *context)
     state->cull_args = program(gpu, "shaders/voxel_transform/cull_args.comp");
     state->mark_static = program(gpu, "shaders/voxel_transform/mark_static.comp");
     state->none = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "none"});
-    bool all = state->dynamic.id && state->patches.id && state->cull.id && state->cull_args.id && state->mark_static.id;
+    bool all = state->dynamic.id && state->patches.id && state->cull.id && state->cull_args.id &&
+               state->mark_static.id;
     return all && state->none.id ? KD_OK : KD_GPU;
 }
 

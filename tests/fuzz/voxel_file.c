@@ -27,9 +27,12 @@ static kd_voxel_words words_of(voxels *v, bool binds)
 static voxels make_voxels(void)
 {
     voxels v;
-    for (uint32_t i = 0; i < COUNT; i++) {
-        uint32_t at = 3 * i; /* of 8 x 9 x 10 cells */
-        v.shape[i][0] = at % 8 | at / 8 % 9 << 10 | at / 72 << 20;
+    uint64_t place = 0;
+    const uint32_t size[3] = {8, 9, 10};
+    for (uint32_t i = 0; i < COUNT; i++, place += 1 + i % 3) { /* of 720 cells, in four blocks of 512 places */
+        while (!voxel_place_cell(size, place, &v.shape[i][0]))
+            place++;
+        assert_int_equal(voxel_cell_place(size, v.shape[i][0]), place);
         v.shape[i][1] = i * 0x9E3779B9u;
         v.color[i] = 0x1000000u | i * 77u;
         for (uint32_t k = 0; k < 3; k++)
