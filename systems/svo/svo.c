@@ -48,7 +48,7 @@ static uint64_t empty_cascade_bytes(const kd_svo *svo)
 {
     const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE;
     uint64_t words =
-        5ull * (svo->layer_words / svo->cascades) + 4ull * (svo->layer_words / svo->cascades / 8);
+        5ull * (svo->layer_words / svo->cascades) + 6ull * (svo->layer_words / svo->cascades / 8);
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         words += 2ull * (svo->mask_words[l] / svo->cascades);
     return cells * (6u * 8 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS) * 4 + cells * 4;

@@ -164,7 +164,8 @@ static void reorder(const uint32_t *from, uint32_t words, bool to_rows, const ui
 }
 
 /* Fill what the marked cells enclose, on the CPU: an option for making files, not for frames. */
-static kd_status fill_inside(kd_gpu *gpu, voxelizer *v, const kd_voxel_chunk *chunk, uint32_t words, uint32_t *count)
+static kd_status fill_inside(kd_gpu *gpu, voxelizer *v, const kd_voxel_chunk *chunk, uint32_t words,
+                             uint32_t *count)
 {
     uint32_t *mask = malloc((size_t)words * sizeof *mask), *rows = calloc(words, sizeof *rows);
     kd_status status = mask && rows ? KD_OK : KD_NO_MEMORY;

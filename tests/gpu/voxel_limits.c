@@ -1,6 +1,7 @@
 /* Chunks that need more work groups than an axis has are packed in full; what no buffer can hold is left out
  * whole. */
 
+#include "runtime/asset/voxel_layout.h"
 #include "runtime/gpu/internal.h"
 #include "tests/voxel_cells_fixture.h"
 
@@ -76,10 +77,10 @@ static void assert_packed(voxel_world *v, const kd_voxel_chunk *chunk) {
     uint64_t last = 0;
     for (uint32_t i = 0; i < chunk->count; i++) {
         uint64_t x = shape[i][0] & 1023u, y = shape[i][0] >> 10 & 1023u, z = shape[i][0] >> 20 & 1023u;
-        uint64_t cell = x + chunk->size[0] * (y + chunk->size[1] * z);
-        if (x >= chunk->size[0] || y >= chunk->size[1] || z >= chunk->size[2] || (i && cell <= last))
+        uint64_t place = voxel_cell_place(chunk->size, shape[i][0]);
+        if (x >= chunk->size[0] || y >= chunk->size[1] || z >= chunk->size[2] || (i && place <= last))
             fail_msg("voxel %u of %u was not packed", i, chunk->count);
-        last = cell;
+        last = place;
     }
     free(shape);
 }
