@@ -7,6 +7,7 @@
 #include "components/mesh_instance.h"
 #include "components/render_targets.h"
 #include "components/scene_store.h"
+#include "components/voxel_scene.h"
 #include "runtime/app/app.h"
 #include "runtime/app/console.h"
 #include "runtime/core/file.h"
@@ -77,11 +78,20 @@ static void put_context(kd_json *j, const kd_gpu *gpu, const kd_jobs *jobs) {
     kd_json_object_end(j);
 }
 
+/* What the caches hold on the GPU and in lists of the CPU, spare room left out. */
+static uint64_t cache_bytes(const kd_voxel_scene *s) {
+    return kd_ranges_taken(&s->voxel_places) * 12 +
+           kd_ranges_taken(&s->binding_places) * KD_BINDING_WORDS * sizeof(uint32_t) +
+           s->chunk_count * (sizeof(kd_voxel_chunk) + sizeof(struct kd_voxel_chunk_params)) +
+           s->cache_count * sizeof(kd_voxel_cache);
+}
+
 static void put_voxels(kd_json *j, kd_world *w) {
     const kd_tree *tree = kd_singleton(w, kd_tree);
     kd_json_key(j, "voxels");
     kd_json_object_begin(j);
     put_uint(j, "cached", tree->cached_voxels);
+    put_uint(j, "cached_bytes", cache_bytes(kd_singleton(w, kd_voxel_scene)));
     put_uint(j, "resident", tree->resident_voxels);
     put_uint(j, "static", tree->static_voxels);
     put_uint(j, "dynamic", tree->dynamic_voxels);

@@ -96,6 +96,69 @@ static void filled_shapes_are_solid(void **state) {
     }
 }
 
+/* How often a primitive's surface goes round a point: 1 inside of a closed one, 0 outside.
+ * Source: van Oosterom, Strackee 1983, for the solid angle of a triangle */
+static double winding(const kd_primitive_desc *p, kd_vec3 at) {
+    double sum = 0;
+    for (uint32_t t = 0; t < p->index_count; t += 3) {
+        kd_vec3 v[3];
+        double l[3];
+        for (uint32_t k = 0; k < 3; k++) {
+            v[k] = kd_vec3_sub(p->positions[p->indices[t + k]], at);
+            l[k] = (double)kd_vec3_length(v[k]);
+        }
+        double volume = (double)kd_vec3_dot(v[0], kd_vec3_cross(v[1], v[2]));
+        double flat = l[0] * l[1] * l[2] + (double)kd_vec3_dot(v[0], v[1]) * l[2] +
+                      (double)kd_vec3_dot(v[1], v[2]) * l[0] + (double)kd_vec3_dot(v[2], v[0]) * l[1];
+        sum += 2 * atan2(volume, flat);
+    }
+    return sum / (4 * 3.14159265358979);
+}
+
+/* Wherever the mesh goes round the centre of a cell, no flood from outside comes. Returns centres looked at. */
+static uint32_t assert_none_inside_is_reached(const cells *c) {
+    const kd_primitive_desc *p = c->cache->desc;
+    uint8_t *outside = calloc((size_t)c->size[0] * c->size[1] * c->size[2], 1);
+    uint64_t random = 17;
+    uint32_t inside = 0;
+    assert_non_null(outside);
+    voxel_flood(c->wall, c->size, outside);
+    for (int i = 0; i < 1500; i++) {
+        kd_vec3 at = {fixture_float(&random, p->bounds_min.x, p->bounds_max.x),
+                      fixture_float(&random, p->bounds_min.y, p->bounds_max.y),
+                      fixture_float(&random, p->bounds_min.z, p->bounds_max.z)};
+        size_t cell = index_at(c, at);
+        for (int k = 0; k < 3; k++) { /* the cell's centre: thin voxels part those */
+            float phase = (&c->cache->phase.x)[k], span = c->cache->span;
+            (&at.x)[k] = (floorf(((&at.x)[k] - phase) / span) + 0.5f - (float)KD_VOXELIZE_NUDGE) * span + phase;
+        }
+        if (c->wall[cell] || winding(p, at) < 0.99)
+            continue;
+        inside++;
+        assert_int_equal(outside[cell], 0);
+    }
+    free(outside);
+    return inside;
+}
+
+static void character_is_closed(void **state) {
+    (void)state;
+    for (int32_t separating = 6; separating <= 26; separating += 20) {
+        voxel_world v = voxel_open((voxel_options){.span = 0.01f});
+        uint32_t inside = 0;
+        v.frame->settings.voxels_separating = separating;
+        voxel_load(&v, "samples/assets/walker.gltf", voxel_at(0, 0, 0));
+        voxel_frame(&v);
+        for (uint32_t i = 0; i < voxel_scene(&v)->object_count; i++) {
+            cells c = read_cells(&v, i);
+            inside += assert_none_inside_is_reached(&c);
+            free_cells(&c);
+        }
+        assert_true(inside > 50);
+        voxel_close(&v);
+    }
+}
+
 /* Against a flood cell by cell, in random grids of odd sizes. */
 static void fill_agrees_with_a_flood(void **state) {
     (void)state;
@@ -169,6 +232,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(thin_voxels_are_fewer_and_still_closed),
         cmocka_unit_test(filled_shapes_are_solid),
+        cmocka_unit_test(character_is_closed),
         cmocka_unit_test(fill_agrees_with_a_flood),
         cmocka_unit_test(chunks_are_cut_until_they_fit),
     };
