@@ -105,8 +105,8 @@ typedef struct kd_query_desc {
 typedef struct kd_query kd_query;
 struct kd_jobs;
 
-/** Make a query or find the equal one made before (counted). Returns NULL when memory is out. Threading: any.
- */
+/** Make a query or find the equal one made before (counted). Returns NULL when memory is out, and with a message
+ * for a component that cannot be registered or a target of one that is no relation. Threading: any. */
 kd_query *kd_query_make(kd_world *w, const kd_query_desc *desc);
 void kd_query_destroy(kd_query *q);   /* gives one count back; kd_world_destroy frees those that are left */
 uint32_t kd_query_count(kd_query *q); /* matching entities */
