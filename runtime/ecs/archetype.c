@@ -80,7 +80,7 @@ static ecs_archetype *archetype_alloc(kd_world *w, const kd_component_id *ids, u
     return a;
 }
 
-static ecs_archetype *archetype_ensure(kd_world *w, const kd_component_id *ids, uint32_t count)
+ecs_archetype *ecs_archetype_ensure(kd_world *w, const kd_component_id *ids, uint32_t count)
 {
     uint64_t hash = hash_ids(ids, count);
     ecs_archetype *a = archetype_find(w, ids, count, hash);
@@ -125,7 +125,7 @@ bool ecs_archetypes_init(kd_world *w)
     w->head.places = ecs_grow(w, NULL, 0, bytes);
     if (w->head.places)
         memset(w->head.places, 0, bytes);
-    return w->head.places && archetype_ensure(w, NULL, 0);
+    return w->head.places && ecs_archetype_ensure(w, NULL, 0);
 }
 
 /* The archetype with `id` added, or removed if it is here. */
@@ -147,7 +147,7 @@ ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_
     }
     if (!here)
         ids[count++] = id;
-    ecs_archetype *other = archetype_ensure(w, ids, count);
+    ecs_archetype *other = ecs_archetype_ensure(w, ids, count);
     if (!other || !edges_reserve(w, a, id) || !edges_reserve(w, other, id))
         return NULL;
     a->edges[id] = other->index;

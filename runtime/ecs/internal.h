@@ -371,6 +371,8 @@ static inline void ecs_write_value(const kd_world *w, kd_component_id id, void *
 void ecs_release_value(const kd_world *w, kd_component_id id, void *value); /* runs on_remove */
 
 /* archetype.c */
+/** The archetype of these components, ids ascending. NULL when out. */
+ecs_archetype *ecs_archetype_ensure(kd_world *w, const kd_component_id *ids, uint32_t count);
 ecs_archetype *ecs_archetype_toggle(kd_world *w, ecs_archetype *a, kd_component_id id); /* NULL when out */
 void ecs_archetype_free(kd_world *w, ecs_archetype *a);
 bool ecs_archetypes_init(kd_world *w); /* the empty set, and room for what tables note; false when out */
@@ -390,6 +392,7 @@ static inline ecs_table *ecs_neighbour(kd_world *w, const ecs_table *t, kd_compo
                                                             : ecs_neighbour_ensure(w, t, id);
 }
 bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows);
+void ecs_table_note_places(kd_world *w, const ecs_table *t); /* the columns have moved */
 void ecs_tables_fini(kd_world *w);
 
 /* rows.c */

@@ -41,7 +41,8 @@ void kd_snapshot_fini(kd_snapshot *s);
  *  Errors  BAD_FORMAT for truncated, foreign, damaged or mismatched data; UNSUPPORTED for another version or
  *          byte order, or when commands wait for a merge; NOT_FOUND for a component the world does not know;
  *          NO_MEMORY. One message says what and where
- *  Cost    a copy of every column; old and new content are held at once until it is done */
+ *  Cost    a copy of every column. A table that is there already (an earlier state of the same world) keeps its
+ *          blocks; of others old and new content are held at once until it is done */
 kd_status kd_snapshot_restore(kd_world *w, const void *data, size_t size);
 
 /** Write to and restore from a file; a file appears whole or not at all. Errors also those of files. */

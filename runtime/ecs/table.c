@@ -64,7 +64,7 @@ static bool places_reserve(kd_world *w, const ecs_table *t)
     return true;
 }
 
-static void places_note(kd_world *w, const ecs_table *t)
+void ecs_table_note_places(kd_world *w, const ecs_table *t)
 {
     for (uint32_t c = 1; c < t->column_count; c++)
         if (t->columns[c].id)
@@ -142,7 +142,7 @@ bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows)
         done = data != NULL;
         column->data = done ? data : column->data;
     }
-    places_note(w, t); /* also when memory ran out half-way: some have moved */
+    ecs_table_note_places(w, t); /* also when memory ran out half-way: some have moved */
     if (done)
         t->capacity = capacity;
     return done;
