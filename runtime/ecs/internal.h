@@ -18,7 +18,7 @@
  *   query.c        cached lists of matching tables
  *   iterate.c      walking them; row_terms.c where rows are asked one by one
  *   parallel.c     a query's rows shared among workers
- *   commands.c     changes recorded by workers and merged in a defined order
+ *   commands*.c    changes recorded by workers; merged in a defined order
  *   observer.c     events wait until the outermost change is complete
  *   instance.c     copies of subtrees
  *   snapshot_*.c diff.c  a world as bytes and as JSON; what makes two worlds different
@@ -405,7 +405,8 @@ void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row);
  * ECS_TAG_COLUMN: none; a parent column that only `to` has is not counted). Returns the new row. */
 uint32_t ecs_table_move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to, kd_entity e,
                             uint32_t dropped, uint32_t added);
-/** Move n rows, beginning at `row`, to the end of `to`, which must have room; the last rows fill the gap. */
+/** Move n rows, beginning at `row`, to the end of `to`, which must have room; the last rows fill the gap: all lies
+ * as if they were moved one by one, so it does not matter which rows are found to be moved together. */
 void ecs_table_move_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t n, ecs_table *to);
 void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row,
                             uint32_t count);                                   /* on_remove of every value */

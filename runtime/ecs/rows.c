@@ -156,8 +156,9 @@ void ecs_table_move_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t n, ec
     to->count += n;
     place_rows(w, to, first, n);
     ecs_table_stamp(w, to, first, n);
-    for (uint32_t c = 0; c < t->column_count && fill; c++)
-        copy_rows(&t->columns[c], row, &t->columns[c], t->count - fill, fill);
+    for (uint32_t c = 0; c < t->column_count; c++)
+        for (uint32_t i = 0; i < fill; i++) /* the last one first, as when rows are moved one by one */
+            copy_row(&t->columns[c], row + i, &t->columns[c], t->count - 1 - i);
     t->count -= n;
     if (fill) {
         place_rows(w, t, row, fill);

@@ -263,6 +263,33 @@ static void commands_may_be_recorded_while_iterating(void **state)
     assert_int_equal(kd_query_count(stiff), 333);
 }
 
+/* Some rows of 20 get a component: each under a key of its own or all under one. */
+static uint64_t added_to_rows(uint32_t first, uint32_t count, bool own_keys)
+{
+    kd_world *w = kd_world_make();
+    kd_entity e[20];
+    for (int i = 0; i < 20; i++)
+        e[i] = kd_spawn(w, KD_VAL(health, {i, 20}));
+    kd_commands *c = kd_world_commands(w, 0);
+    for (uint32_t i = 0; i < count; i++) {
+        kd_commands_key(c, own_keys ? i + 1 : 1);
+        kd_commands_set(c, e[first + i], KD_VAL(position, {(float)i, 0, 0}));
+    }
+    assert_int_equal(kd_world_merge(w), KD_OK);
+    uint64_t checksum = kd_world_checksum(w);
+    kd_world_destroy(w);
+    return checksum;
+}
+
+/* Keys depend on how a loop was shared among workers: nothing may depend on which rows move together. */
+static void rows_lie_the_same_whether_they_moved_together_or_not(void **state)
+{
+    (void)state;
+    for (uint32_t first = 0; first < 20; first++)
+        for (uint32_t count = 1; count <= 20 - first; count++)
+            assert_true(added_to_rows(first, count, false) == added_to_rows(first, count, true));
+}
+
 static void neighbouring_rows_are_changed_together(void **state)
 {
     kd_world *w = *state;
@@ -348,6 +375,7 @@ int main(void)
         CASE(threads_record_side_by_side),
         CASE(commands_may_be_recorded_while_iterating),
         CASE(neighbouring_rows_are_changed_together),
+        CASE(rows_lie_the_same_whether_they_moved_together_or_not),
         CASE(recording_out_of_memory_is_told_by_the_merge),
         CASE(what_a_recorded_value_owns_is_released_once),
     };
