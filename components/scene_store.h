@@ -19,6 +19,9 @@ typedef struct kd_store_primitive {
     uint32_t first_skin_vertex;          /* in the skin stream, or KD_NONE */
     uint32_t first_morph_vertex;         /* in the morph stream (targets of vertex_count entries each), or KD_NONE */
     kd_vec3 bounds_min, bounds_max;      /* model space, rest pose */
+    uint32_t cage_count;                 /* vertices of its subdivision cage, which follow its own in the geometry, skin and
+                                            morph streams; 0: no cage */
+    uint32_t first_row, first_stencil;   /* of the cage's stencils, one row a vertex */
 } kd_store_primitive;
 
 typedef struct kd_store_mesh {
@@ -76,7 +79,9 @@ typedef struct kd_scene_store {
 
     /* GPU side: resources "scene.vertices" (geometry and attribute streams), "scene.indices", "scene.static" (skin, morph) */
     kd_gpu_buffer geometry, attributes, indices, skins_buffer, morphs;
+    kd_gpu_buffer stencil_rows, stencils; /* of cages, "scene.static" too: see shaders/shared/deform.h */
     uint32_t vertex_count, index_count, skin_vertex_count, morph_vertex_count; /* reserved so far */
+    uint32_t stencil_row_count, stencil_count;
     uint32_t uploaded_primitives;          /* primitives below this number are on the GPU */
     uint32_t revision;                     /* raised whenever meshes or materials were added */
     void *internal;

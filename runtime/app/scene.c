@@ -47,7 +47,8 @@ kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out) {
         return KD_OK;
     }
     kd_model *model;
-    kd_status status = kd_model_load(path, &model);
+    const kd_model_options options = {.subdiv_level = (uint32_t)scene->settings.subdiv_level};
+    kd_status status = kd_model_load_with(path, &options, &model);
     if (status != KD_OK)
         return status;
     for (uint32_t i = 0; i < model->warning_count; i++)

@@ -67,11 +67,19 @@ typedef struct gltf_attributes {
     const gltf_attribute *at;
     size_t count;
 } gltf_attributes;
+/* A subdivision cage from `extras`, with USD's names. */
+typedef struct gltf_cage {
+    const char *scheme, *boundary, *uv_rule; /* NULL: missing */
+    gltf_ints face_sizes, corners, creases, crease_lengths, sharp_corners, uv_corners;
+    gltf_reals crease_sharpness, corner_sharpness, uv;
+    int64_t level; /* 0: missing */
+} gltf_cage;
 typedef struct gltf_primitive {
     gltf_attributes attributes;
     const gltf_attributes *targets;
     size_t target_count;
     int material, indices, mode;
+    const gltf_cage *cage; /* NULL: none */
 } gltf_primitive;
 typedef struct gltf_mesh {
     const char *name;

@@ -40,6 +40,7 @@ typedef struct gltf_mesh_facts {
 
 typedef struct gltf_loader {
     const char *path;
+    kd_model_options options;
     kd_arena kept, scratch;     /* the model's memory; what ends with the load */
     kd_arena work;              /* what ends with a primitive */
     uint64_t bytes, work_bytes; /* given out, together against the limit */

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "runtime/asset/gltf_cage.h"
 #include "runtime/asset/gltf_loader.h"
 #include "runtime/asset/gltf_vertices.h"
 #include "runtime/asset/mesh_build.h"
@@ -124,7 +125,12 @@ static kd_status load_primitive(gltf_loader *l, size_t mesh, const gltf_primitiv
     char position_where[96];
     snprintf(position_where, sizeof position_where, "%s.POSITION", where);
     kd_status status = gltf_span_of(l, position, position_where, &span);
-    if (!status)
+    gltf_cage_faces faces = {0};
+    if (!status && p->cage)
+        status = gltf_check_cage(l, p, where, span.count, &faces);
+    if (!status && p->cage)
+        status = gltf_cage_triangles(l, &faces, &triangles, &selection.index_count);
+    else if (!status)
         status = make_triangles(l, p, where, span.count, &triangles, &selection.index_count);
     if (status || !selection.index_count)
         return status;
@@ -132,7 +138,7 @@ static kd_status load_primitive(gltf_loader *l, size_t mesh, const gltf_primitiv
         return gltf_fail(l, KD_TOO_LARGE, "%zu indices are more than the limit of %u (%s); split the mesh",
                          selection.index_count, GLTF_VERTICES_MAX, where);
     selection.indices = triangles;
-    bool flat = gltf_find_attribute(&p->attributes, "NORMAL") == -1;
+    bool flat = gltf_find_attribute(&p->attributes, "NORMAL") == -1 && !p->cage;
     status = flat ? select_corners(l, &selection) : select_used(l, span.count, &selection);
     if (status)
         return status;
@@ -140,7 +146,10 @@ static kd_status load_primitive(gltf_loader *l, size_t mesh, const gltf_primitiv
     out->indices = selection.indices;
     out->index_count = (uint32_t)selection.index_count;
     out->vertex_count = selection.vertex_count;
-    return gltf_load_vertices(l, p, where, span.count, &selection, &l->facts[mesh], out);
+    status = gltf_load_vertices(l, p, where, span.count, &selection, &l->facts[mesh], out);
+    if (!status && p->cage)
+        status = gltf_subdivide(l, where, &faces, &selection, out);
+    return status;
 }
 
 static kd_status check_primitive(gltf_loader *l, const gltf_primitive *p, const char *where)

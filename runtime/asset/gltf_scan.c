@@ -21,6 +21,8 @@ typedef struct open_container {
     bool object, blanked; /* blanked: this member is taken out of the text */
     bool rows, costly;   /* a top-level array */
     size_t first;        /* byte at which it opened */
+    size_t items;        /* containers that it has opened so far */
+    bool meshes;         /* the top-level list of that name, or a mesh's primitives */
     gltf_range *keep;    /* where its range goes when it closes, or NULL */
 } open_container;
 
@@ -35,6 +37,7 @@ typedef struct scanner {
     gltf_range key; /* last key's text between the quotes */
     bool key_escaped;
     gltf_range buffers, images, required;
+    gltf_scan *scan;
     char *error;
     size_t error_size;
 } scanner;
@@ -89,6 +92,11 @@ static kd_status open_one(scanner *s, bool object)
     bool member = parent && parent->object;
     open_container c = {.object = object, .first = s->at};
     c.blanked = member && key_is(s, "extras");
+    c.meshes = member && !object &&
+               (s->depth == 1 ? key_is(s, "meshes")
+                              : s->depth == 3 && s->open[1].meshes && key_is(s, "primitives"));
+    if (parent)
+        s->open[s->depth - 1].items++;
     if (s->depth == 1 && member) {
         c.rows = !object;
         c.keep = key_is(s, "buffers") ? &s->buffers : key_is(s, "images") ? &s->images : NULL;
@@ -115,6 +123,27 @@ static void blank(scanner *s, size_t first, size_t end, bool object)
     s->blanked += end - first - 2;
 }
 
+/* Note the `extras` that have just closed where they are a mesh's or a primitive's. */
+static kd_status keep_extras(scanner *s, size_t first)
+{
+    gltf_scan *scan = s->scan;
+    bool of_mesh = s->depth == 3 && s->open[1].meshes && s->open[2].object;
+    bool of_primitive = s->depth == 5 && s->open[1].meshes && s->open[3].meshes && s->open[4].object;
+    if (!of_mesh && !of_primitive)
+        return KD_OK;
+    if (scan->extras_count == scan->extras_capacity) {
+        size_t capacity = scan->extras_capacity * 2 + 16;
+        gltf_extras *grown = realloc(scan->extras, capacity * sizeof *grown);
+        if (!grown)
+            return scan_fail(s, KD_NO_MEMORY, "out of memory");
+        scan->extras = grown;
+        scan->extras_capacity = capacity;
+    }
+    scan->extras[scan->extras_count++] =
+        (gltf_extras){s->open[1].items - 1, of_mesh ? GLTF_WHOLE_MESH : s->open[3].items - 1, {first, s->at - first}};
+    return KD_OK;
+}
+
 static kd_status close_one(scanner *s, bool object)
 {
     if (s->depth == 0 || s->open[s->depth - 1].object != object)
@@ -124,9 +153,17 @@ static kd_status close_one(scanner *s, bool object)
     s->expect_key = false;
     if (c.keep)
         *c.keep = (gltf_range){c.first, s->at - c.first};
-    if (c.blanked && --s->blanking == 0)
-        blank(s, c.first, s->at, object);
-    return KD_OK;
+    if (!c.blanked || --s->blanking)
+        return KD_OK;
+    blank(s, c.first, s->at, object);
+    return object ? keep_extras(s, c.first) : KD_OK;
+}
+
+void gltf_scan_fini(gltf_scan *scan)
+{
+    free(scan->copy);
+    free(scan->extras);
+    *scan = (gltf_scan){0};
 }
 
 static kd_status step(scanner *s)
@@ -159,7 +196,7 @@ kd_status gltf_scan_json(char *text, size_t size, gltf_scan *scan, char *error, 
     scanner *s = calloc(1, sizeof *s);
     if (!s)
         return KD_NO_MEMORY;
-    *s = (scanner){.text = text, .size = size, .error = error, .error_size = error_size};
+    *s = (scanner){.text = text, .size = size, .scan = scan, .error = error, .error_size = error_size};
     kd_status status = KD_OK;
     while (status == KD_OK && s->at < size)
         status = step(s);

@@ -4,6 +4,7 @@
 
 #include "runtime/asset/gltf_document.h"
 
+#include <algorithm>
 #include <climits>
 #include <cstring>
 #include <exception>
@@ -372,6 +373,95 @@ void copy_images(copier &to, gltf_document &out, const gltf_scan *scan)
     }
 }
 
+/* ---- cages in `extras` ---- */
+
+const nlohmann::json &list_member(const nlohmann::json &object, const char *name, const std::string &where)
+{
+    static const nlohmann::json none = nlohmann::json::array();
+    auto it = object.find(name);
+    if (it == object.end())
+        return none;
+    if (!it->is_array())
+        throw malformed("'" + std::string(name) + "' is not a list (" + where + ")");
+    return *it;
+}
+
+gltf_ints int_list(copier &to, const nlohmann::json &object, const char *name, const std::string &where)
+{
+    const nlohmann::json &list = list_member(object, name, where);
+    int *copy = to.rows<int>(list.size());
+    for (size_t i = 0; i < list.size(); i++) {
+        bool whole = list[i].is_number_unsigned() && list[i].get<uint64_t>() <= INT_MAX;
+        if (!whole)
+            throw malformed("'" + std::string(name) + "' holds what is no index or count at place " +
+                            std::to_string(i) + " (" + where + ")");
+        copy[i] = list[i].get<int>();
+    }
+    return {copy, list.size()};
+}
+
+gltf_reals real_list(copier &to, const nlohmann::json &object, const char *name, const std::string &where)
+{
+    const nlohmann::json &list = list_member(object, name, where);
+    double *copy = to.rows<double>(list.size());
+    for (size_t i = 0; i < list.size(); i++) {
+        if (!list[i].is_number())
+            throw malformed("'" + std::string(name) + "' holds what is no number at place " +
+                            std::to_string(i) + " (" + where + ")");
+        copy[i] = list[i].get<double>();
+    }
+    return {copy, list.size()};
+}
+
+void copy_cage(copier &to, gltf_cage &out, const nlohmann::json &from, const std::string &where)
+{
+    out.scheme = string_member(to, from, "subdivisionScheme", where);
+    out.boundary = string_member(to, from, "interpolateBoundary", where);
+    out.uv_rule = string_member(to, from, "faceVaryingLinearInterpolation", where);
+    out.face_sizes = int_list(to, from, "faceVertexCounts", where);
+    out.corners = int_list(to, from, "faceVertexIndices", where);
+    out.creases = int_list(to, from, "creaseIndices", where);
+    out.crease_lengths = int_list(to, from, "creaseLengths", where);
+    out.crease_sharpness = real_list(to, from, "creaseSharpnesses", where);
+    out.sharp_corners = int_list(to, from, "cornerIndices", where);
+    out.corner_sharpness = real_list(to, from, "cornerSharpnesses", where);
+    out.uv = real_list(to, from, "st", where);
+    out.uv_corners = int_list(to, from, "stIndices", where);
+    auto level = from.find("level");
+    if (level == from.end())
+        return;
+    if (!level->is_number_unsigned() || level->get<uint64_t>() == 0 || level->get<uint64_t>() > INT_MAX)
+        throw malformed("'level' is no positive integer (" + where + ")");
+    out.level = level->get<int>();
+}
+
+/* Other programs' `extras` may hold anything: without faceVertexCounts they are passed over, whatever else is in
+ * them. */
+void copy_extras(copier &to, gltf_document &out, const gltf_extras &extras, const char *text)
+{
+    static const char key[] = "\"faceVertexCounts\"";
+    const char *first = text + extras.text.first, *end = first + extras.text.size;
+    if (std::search(first, end, key, key + sizeof key - 1) == end || extras.mesh >= out.mesh_count)
+        return;
+    gltf_mesh &mesh = out.meshes[extras.mesh];
+    std::string where = "meshes[" + std::to_string(extras.mesh) + "]";
+    size_t primitive = extras.primitive;
+    if (primitive != GLTF_WHOLE_MESH)
+        where += ".primitives[" + std::to_string(primitive) + "]";
+    else if (mesh.primitive_count != 1)
+        throw malformed("a cage stands in a mesh with several primitives (" + where + ".extras)");
+    primitive = primitive == GLTF_WHOLE_MESH ? 0 : primitive;
+    where += ".extras";
+    nlohmann::json json = nlohmann::json::parse(first, end, nullptr, false);
+    if (json.is_discarded())
+        throw malformed("the cage is not valid JSON (" + where + ")");
+    if (primitive >= mesh.primitive_count || !json.contains("faceVertexCounts"))
+        return;
+    gltf_cage *cage = to.rows<gltf_cage>(1);
+    copy_cage(to, *cage, json, where);
+    const_cast<gltf_primitive &>(mesh.primitives[primitive]).cage = cage;
+}
+
 /* tinygltf writes an error and goes on where the format allows what it saw: a skin without inverse bind
  * matrices, a channel without a node. Such a channel it drops, as the format asks. */
 std::string real_errors(std::string text)
@@ -404,6 +494,8 @@ void parse(copier &to, gltf_document &out, const char *text, size_t size, const 
         return; /* older files have other kinds of lists; the version is refused by whoever asks */
     copy_buffers(to, out, scan);
     copy_images(to, out, scan);
+    for (size_t i = 0; i < scan->extras_count; i++)
+        copy_extras(to, out, scan->extras[i], scan->copy);
 }
 
 /* One line, without control characters and the parser's own numbering, short enough for a terminal. */

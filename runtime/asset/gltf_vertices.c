@@ -119,7 +119,7 @@ static kd_status load_normals(const reader *r, kd_primitive_desc *out)
     if (status)
         return status;
     out->normals = normals;
-    if (!read) {
+    if (!read && !r->p->cage) {
         mesh_flat_normals(out->positions, out->vertex_count, normals);
         return KD_OK;
     }
@@ -128,7 +128,7 @@ static kd_status load_normals(const reader *r, kd_primitive_desc *out)
         return status;
     size_t mended = mesh_mend_normals(out->positions, out->indices, out->index_count, normals,
                                       out->vertex_count, scratch);
-    if (mended)
+    if (mended && read)
         gltf_warn(r->l, "%s.NORMAL: %zu normals have no length and are made from the triangles", r->where,
                   mended);
     return KD_OK;
@@ -330,7 +330,7 @@ static kd_status load_target(const reader *r, size_t index, const kd_primitive_d
     reader inner = *r;
     inner.where = where;
     const gltf_attributes *from = &r->p->targets[index];
-    bool flat = gltf_find_attribute(&r->p->attributes, "NORMAL") == -1;
+    bool flat = gltf_find_attribute(&r->p->attributes, "NORMAL") == -1 && !r->p->cage;
     *normals = NULL;
     kd_status status = read_floats(&inner, from, "POSITION", ANY_SMALL, 3, 3, moves);
     if (!status && !flat)

@@ -79,7 +79,7 @@ static kd_status parse_file(gltf_loader *l, uint8_t *bytes, size_t size)
     if (!status)
         status =
             gltf_parse(l->chunks.json, l->chunks.json_size, &scan, &l->scratch, &l->doc, error, sizeof error);
-    free(scan.copy);
+    gltf_scan_fini(&scan);
     kd_status refused = status ? check_required(l) : KD_OK;
     if (refused)
         return refused;
@@ -167,13 +167,19 @@ static kd_status load_bytes(gltf_loader *l, uint8_t *bytes, size_t size)
 
 kd_status kd_model_load(const char *path, kd_model **out)
 {
+    return kd_model_load_with(path, &(kd_model_options){0}, out);
+}
+
+kd_status kd_model_load_with(const char *path, const kd_model_options *options, kd_model **out)
+{
     *out = NULL;
     void *bytes;
     size_t size;
     kd_status status = kd_file_read(path, (size_t)GLTF_BYTES_MAX, &bytes, &size);
     if (status)
         return status;
-    gltf_loader l = {.path = path, .bytes = size, .limit = GLTF_BYTES_MAX, .source_bytes = size};
+    gltf_loader l = {
+        .path = path, .options = *options, .bytes = size, .limit = GLTF_BYTES_MAX, .source_bytes = size};
     l.kept.block_bytes = l.scratch.block_bytes = l.work.block_bytes = BLOCK_BYTES;
     status = load_bytes(&l, bytes, size);
     if (!status) {

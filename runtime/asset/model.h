@@ -64,7 +64,27 @@ typedef struct kd_primitive_desc {
     const kd_vec3 *const *morph_positions; /* [morph_count][vertex_count] deltas, each may be NULL */
     const kd_vec3 *const *morph_normals;
     kd_vec3 bounds_min, bounds_max; /* of positions */
+    const struct kd_subdivision *subdivision; /* NULL: these triangles are all there is */
 } kd_primitive_desc;
+
+/* A primitive with a cage is the cage's limit surface at rest: joints and morph deltas of its vertices are those of
+ * the cage, blended. Where it deforms, the cage is posed and the rows give the surface:
+ * position = sum of weight * cage position, and likewise its derivatives along u and v. */
+typedef struct kd_stencil {
+    uint32_t vertex; /* of the cage */
+    float weight, du, dv;
+} kd_stencil;
+typedef struct kd_stencil_row {
+    uint32_t first, count;       /* entries; their vertices rise */
+    float tangent_u, tangent_v;  /* the tangent runs along tangent_u * d/du + tangent_v * d/dv */
+} kd_stencil_row;
+typedef struct kd_subdivision {
+    uint32_t level;                /* sides of cage faces are cut into 2^level */
+    uint32_t stencil_count;
+    const kd_stencil_row *rows;    /* [vertex_count of the surface] */
+    const kd_stencil *stencils;    /* [stencil_count] */
+    const kd_primitive_desc *cage; /* its triangles are the faces, cut up; `subdivision` is NULL */
+} kd_subdivision;
 
 typedef struct kd_mesh_desc {
     const char *name;
@@ -156,6 +176,19 @@ typedef struct kd_model {
 /** Load and check a .gltf or .glb file. On failure one message is logged as `FILE: what is wrong (where); what to do`.
  *  Errors KD_NOT_FOUND, KD_NO_PERMISSION, KD_IO, KD_BAD_FORMAT, KD_UNSUPPORTED (a required extension, named), KD_TOO_LARGE, KD_NO_MEMORY. */
 kd_status kd_model_load(const char *path, kd_model **out);
+
+typedef struct kd_model_options {
+    uint32_t subdiv_level; /* of all cages; 0: each file's own, else KD_SUBDIV_LEVEL */
+} kd_model_options;
+#define KD_SUBDIV_LEVEL     3u
+#define KD_SUBDIV_LEVEL_MAX 6u
+/** Load with options; errors as above. */
+kd_status kd_model_load_with(const char *path, const kd_model_options *options, kd_model **out);
+
+/** Evaluate a limit surface for cage positions. normals  [vertex_count] unit; where the surface has none, left as they
+ *  are. tangents  [vertex_count] xyz only; may be NULL */
+void kd_subdivision_evaluate(const kd_subdivision *s, uint32_t vertex_count, const kd_vec3 *cage, kd_vec3 *positions,
+                             kd_vec3 *normals, kd_vec4 *tangents);
 void kd_model_destroy(kd_model *model);
 
 /* ---- primitives made in memory: unit-sized, centred at the origin, with uv, normals and tangents ---- */

@@ -43,6 +43,7 @@ typedef enum kd_setting_type { KD_SETTING_BOOL, KD_SETTING_I32, KD_SETTING_F32, 
     X(I32, voxels, separating, 26, 6, 26, separating_words, NULL, "what no path through free cells crosses: by faces (thin) or at all") \
     X(BOOL, voxels, fill, false, 0, 1, NULL, NULL, "fill closed meshes")                                     \
     X(BOOL, voxels, cache, true, 0, 1, NULL, NULL, "keep voxels on disk for the next start")                   \
+    X(I32, subdiv, level, 0, 0, 6, NULL, NULL, "sides of cage faces are cut into 2^level; 0: as the model says, else 3") \
     X(ENUM, svo, layers, KD_SVO_LAYERS_TWO, 0, 1, layers_words, NULL, "keep static voxels apart, or rebuild all") \
     X(I32, cones, count, 6, 3, 16, NULL, NULL, "diffuse cones a pixel")                                      \
     X(F32, cones, aperture_deg, 60, 10, 120, NULL, "deg", "full opening angle of a diffuse cone")            \

@@ -26,6 +26,30 @@ struct kd_deform_params {
 };
 KD_LAYOUT_CHECK(kd_deform_params, 16)
 
+/* Work of the subdivide pass, which follows: limit points from the posed cages, a pair of words a work group as above
+ * (item, first row). */
+struct kd_subdivide_item {
+    uvec4 range; /* x: first vertex at rest, y: the instance's first, z: vertices, w: first row */
+    /* ---- 16 */
+    uvec4 cage; /* x: first vertex of the instance's cage; yzw 0 */
+    /* ---- 32 */
+};
+KD_LAYOUT_CHECK(kd_subdivide_item, 32)
+
+struct kd_stencil_row_words {
+    KD_UINT first, count; /* stencils */
+    float tangent_u, tangent_v;
+    /* ---- 16 */
+};
+KD_LAYOUT_CHECK(kd_stencil_row_words, 16)
+
+struct kd_stencil_words {
+    KD_UINT vertex; /* of the cage */
+    float weight, du, dv;
+    /* ---- 16 */
+};
+KD_LAYOUT_CHECK(kd_stencil_words, 16)
+
 /* storage bindings */
 #define KD_DEFORM_GEOMETRY 0
 #define KD_DEFORM_SKINS    1
@@ -33,6 +57,8 @@ KD_LAYOUT_CHECK(kd_deform_params, 16)
 #define KD_DEFORM_JOINTS   3
 #define KD_DEFORM_ITEMS    4
 #define KD_DEFORM_WORDS    5
+#define KD_SUBDIVIDE_ROWS     1
+#define KD_SUBDIVIDE_STENCILS 2
 
 #include "shaders/shared/layout_end.h"
 

@@ -15,8 +15,7 @@ static bool deform_needed(kd_system_context *c)
     return work && (work->rows_changed || work->work_changed);
 }
 
-/* A stream buffer of at least `size` bytes; contents are not kept. */
-static void ensure_stream(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const char *name)
+void deform_ensure(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const char *name)
 {
     size_t old = buffer->id ? kd_gpu_buffer_size(gpu, *buffer) : 0;
     if (size <= old)
@@ -26,24 +25,27 @@ static void ensure_stream(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const
         gpu, &(kd_gpu_buffer_desc){.size = size + size / 2, .usage = KD_BUFFER_STREAM, .name = name});
 }
 
-static void upload_array(kd_gpu *gpu, kd_gpu_buffer buffer, size_t offset, const deform_array *array)
+void deform_upload(kd_gpu *gpu, kd_gpu_buffer *buffer, const char *name, const deform_array *first,
+                   const deform_array *second)
 {
-    if (array->count)
-        kd_gpu_write_buffer(gpu, buffer, offset, array->items, (size_t)array->count * array->item_bytes);
+    const deform_array *const arrays[] = {first, second};
+    size_t size = 0, at = 0;
+    for (int i = 0; i < 2 && arrays[i]; i++)
+        size += (size_t)arrays[i]->count * arrays[i]->item_bytes;
+    deform_ensure(gpu, buffer, size, name);
+    for (int i = 0; i < 2 && arrays[i]; i++) {
+        size_t bytes = (size_t)arrays[i]->count * arrays[i]->item_bytes;
+        if (bytes)
+            kd_gpu_write_buffer(gpu, *buffer, at, arrays[i]->items, bytes);
+        at += bytes;
+    }
 }
 
 static void upload(kd_gpu *gpu, kd_joint_palette *palette, deform_work *work)
 {
-    size_t groups = (size_t)work->groups.count * work->groups.item_bytes;
-    size_t weights = (size_t)work->weights.count * work->weights.item_bytes;
-    ensure_stream(gpu, &palette->matrices, (size_t)work->rows.count * work->rows.item_bytes, "joint palette");
-    ensure_stream(gpu, &work->items_buffer, (size_t)work->items.count * work->items.item_bytes,
-                  "deform items");
-    ensure_stream(gpu, &work->words_buffer, groups + weights, "deform groups");
-    upload_array(gpu, palette->matrices, 0, &work->rows);
-    upload_array(gpu, work->items_buffer, 0, &work->items);
-    upload_array(gpu, work->words_buffer, 0, &work->groups);
-    upload_array(gpu, work->words_buffer, groups, &work->weights);
+    deform_upload(gpu, &palette->matrices, "joint palette", &work->rows, NULL);
+    deform_upload(gpu, &work->items_buffer, "deform items", &work->items, NULL);
+    deform_upload(gpu, &work->words_buffer, "deform groups", &work->groups, &work->weights);
 }
 
 static void dispatch(kd_gpu *gpu, const kd_scene_store *store, const kd_joint_palette *palette,
@@ -71,6 +73,7 @@ static void deform_run(kd_system_context *c)
     if (work->groups.count)
         dispatch(c->gpu, store, palette, work);
     work->rows_changed = work->work_changed = false;
+    work->surfaces_due = work->surfaces.count != 0;
 }
 
 static uint64_t deform_bytes(const kd_system_context *c)
@@ -90,9 +93,9 @@ static kd_status deform_init(kd_system_context *c)
     work->program =
         kd_gpu_make_program(c->gpu, &(kd_gpu_program_desc){.compute = "shaders/deform/deform.comp"});
     /* Others bind the palette whether or not anything has joints. */
-    ensure_stream(c->gpu, &palette->matrices, 3 * sizeof(kd_vec4), "joint palette");
-    ensure_stream(c->gpu, &work->items_buffer, sizeof(struct kd_deform_item), "deform items");
-    ensure_stream(c->gpu, &work->words_buffer, 2 * sizeof(uint32_t), "deform groups");
+    deform_ensure(c->gpu, &palette->matrices, 3 * sizeof(kd_vec4), "joint palette");
+    deform_ensure(c->gpu, &work->items_buffer, sizeof(struct kd_deform_item), "deform items");
+    deform_ensure(c->gpu, &work->words_buffer, 2 * sizeof(uint32_t), "deform groups");
     work->rows_changed = work->work_changed = true;
     return work->program.id ? KD_OK : KD_GPU;
 }
@@ -135,5 +138,7 @@ kd_status deform_register_deform(kd_schedule *s)
 kd_status kd_deform_import(kd_schedule *s)
 {
     kd_status status = deform_register_joint_palette(s);
-    return status == KD_OK ? deform_register_deform(s) : status;
+    if (status == KD_OK)
+        status = deform_register_deform(s);
+    return status == KD_OK ? deform_register_subdivide(s) : status;
 }

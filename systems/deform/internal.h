@@ -28,12 +28,15 @@ typedef struct deform_work {
     deform_array items;     /* struct kd_deform_item */
     deform_array groups;    /* uint32_t[2]: item, first vertex */
     deform_array weights;   /* uint32_t[2]: target, bits of the float */
+    deform_array surfaces;  /* struct kd_subdivide_item */
+    deform_array surface_groups; /* uint32_t[2]: item, first row */
     uint32_t *first_matrix; /* by first joint, plus one: instances that share joints share matrices */
     uint32_t first_matrix_capacity;
     bool rows_changed, work_changed;
 
-    kd_gpu_program program;
-    kd_gpu_buffer items_buffer, words_buffer;
+    kd_gpu_program program, subdivide;
+    kd_gpu_buffer items_buffer, words_buffer, surfaces_buffer, surface_words;
+    bool surfaces_due; /* the deform pass has posed cages in this frame */
 } deform_work;
 
 /** Get the palette with its private side made. Returns NULL when memory is out. */
@@ -44,5 +47,12 @@ bool deform_list_work(deform_work *work, const kd_scene_store *store);
 
 kd_status deform_register_joint_palette(kd_schedule *s);
 kd_status deform_register_deform(kd_schedule *s);
+kd_status deform_register_subdivide(kd_schedule *s);
+
+/** A stream buffer of at least `size` bytes; contents are not kept. */
+void deform_ensure(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const char *name);
+/** Make room in a stream buffer for the arrays and write them one after the other. */
+void deform_upload(kd_gpu *gpu, kd_gpu_buffer *buffer, const char *name, const deform_array *first,
+                   const deform_array *second);
 
 #endif

@@ -42,7 +42,8 @@ bool deform_array_changed(const deform_array *a)
 static void release(kd_joint_palette *palette)
 {
     deform_work *work = palette->internal;
-    deform_array *const arrays[] = {&work->rows, &work->items, &work->groups, &work->weights};
+    deform_array *const arrays[] = {&work->rows, &work->items, &work->groups, &work->weights,
+                                    &work->surfaces, &work->surface_groups};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
         free(arrays[i]->items);
         free(arrays[i]->previous);
@@ -61,6 +62,8 @@ deform_work *deform_work_get(kd_joint_palette *palette)
         work->rows.item_bytes = 3 * sizeof(kd_vec4);
         work->items.item_bytes = sizeof(struct kd_deform_item);
         work->groups.item_bytes = work->weights.item_bytes = 2 * sizeof(uint32_t);
+        work->surfaces.item_bytes = sizeof(struct kd_subdivide_item);
+        work->surface_groups.item_bytes = 2 * sizeof(uint32_t);
         palette->internal = work;
         palette->release = release;
     }
@@ -85,10 +88,10 @@ static bool add_weights(deform_work *work, const kd_morph_weights *weights, uint
     return true;
 }
 
-static bool add_groups(deform_work *work, uint32_t item, uint32_t vertex_count)
+static bool add_groups(deform_array *groups, uint32_t item, uint32_t vertex_count)
 {
     for (uint32_t v = 0; v < vertex_count; v += KD_DEFORM_GROUP) {
-        uint32_t *pair = deform_array_add(&work->groups, 1);
+        uint32_t *pair = deform_array_add(groups, 1);
         if (!pair)
             return false;
         pair[0] = item;
@@ -97,26 +100,43 @@ static bool add_groups(deform_work *work, uint32_t item, uint32_t vertex_count)
     return true;
 }
 
+static bool add_surface(deform_work *work, const kd_store_primitive *rest, const kd_store_primitive *own)
+{
+    uint32_t number = work->surfaces.count;
+    struct kd_subdivide_item *item = deform_array_add(&work->surfaces, 1);
+    if (!item)
+        return false;
+    item->range.x = rest->base_vertex;
+    item->range.y = own->base_vertex;
+    item->range.z = own->vertex_count;
+    item->range.w = rest->first_row;
+    item->cage.x = own->base_vertex + own->vertex_count;
+    return add_groups(&work->surface_groups, number, own->vertex_count);
+}
+
+/* What moves is the cage, where there is one: its vertices stand behind the surface's in every stream. */
 static bool add_primitive(deform_work *work, const kd_store_primitive *rest, const kd_store_primitive *own,
                           const kd_skin_instance *skin, uint32_t joints, uint32_t first_weight,
-                          uint32_t weight_count)
+                          uint32_t weight_count, uint32_t targets)
 {
+    const uint32_t behind = rest->cage_count ? rest->vertex_count : 0;
     uint32_t number = work->items.count;
     struct kd_deform_item *item = deform_array_add(&work->items, 1);
     if (!item)
         return false;
     bool skinned = skin && joints && rest->first_skin_vertex != KD_NONE;
-    item->range.x = rest->base_vertex;
-    item->range.y = own->base_vertex;
-    item->range.z = own->vertex_count;
-    item->range.w = skinned ? rest->first_skin_vertex : KD_DEFORM_NONE;
-    item->morph.x = rest->first_morph_vertex;
+    item->range.x = rest->base_vertex + behind;
+    item->range.y = own->base_vertex + behind;
+    item->range.z = rest->cage_count ? rest->cage_count : own->vertex_count;
+    item->range.w = skinned ? rest->first_skin_vertex + behind : KD_DEFORM_NONE;
+    item->morph.x = rest->first_morph_vertex + targets * behind;
     item->morph.y =
         2 * first_weight; /* counted from the weights; they follow the groups, see deform_list_work */
     item->morph.z = rest->first_morph_vertex != KD_NONE ? weight_count : 0;
     item->skin.x = skinned ? skin->first_matrix : 0;
     item->skin.y = skinned ? joints : 0;
-    return add_groups(work, number, own->vertex_count);
+    bool ok = add_groups(&work->groups, number, item->range.z);
+    return ok && rest->cage_count ? add_surface(work, rest, own) : ok;
 }
 
 static bool add_instance(deform_work *work, const kd_scene_store *store, const kd_mesh_instance *instance,
@@ -132,7 +152,7 @@ static bool add_instance(deform_work *work, const kd_scene_store *store, const k
         const kd_store_primitive *own = &store->deformed_primitives[deformed->first_primitive + i];
         if (own->base_vertex !=
             rest->base_vertex) /* else it has no vertices of its own: it does not deform */
-            ok = add_primitive(work, rest, own, skin, joints, first_weight, weight_count);
+            ok = add_primitive(work, rest, own, skin, joints, first_weight, weight_count, mesh->morph_count);
     }
     return ok;
 }
@@ -143,6 +163,8 @@ bool deform_list_work(deform_work *work, const kd_scene_store *store)
     deform_array_turn(&work->items);
     deform_array_turn(&work->groups);
     deform_array_turn(&work->weights);
+    deform_array_turn(&work->surfaces);
+    deform_array_turn(&work->surface_groups);
     for (kd_iter it = kd_query_iter(work->instances); kd_iter_next(&it);) {
         const kd_mesh_instance *instances = KD_COLUMN(&it, kd_mesh_instance, 0);
         const kd_skin_instance *skins = KD_COLUMN(&it, kd_skin_instance, 1);
@@ -157,6 +179,6 @@ bool deform_list_work(deform_work *work, const kd_scene_store *store)
     for (uint32_t i = 0; i < work->items.count; i++)
         items[i].morph.y += 2 * work->groups.count;
     work->work_changed |= deform_array_changed(&work->items) || deform_array_changed(&work->groups) ||
-                          deform_array_changed(&work->weights);
+                          deform_array_changed(&work->weights) || deform_array_changed(&work->surfaces);
     return ok;
 }

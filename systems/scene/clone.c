@@ -70,7 +70,7 @@ static kd_status reserve(const copier *c)
         deformed++;
         primitives += stored->primitive_count;
         for (uint32_t p = 0; p < stored->primitive_count; p++)
-            vertices += s->primitives[stored->first_primitive + p].vertex_count;
+            vertices += scene_primitive_vertices(&s->primitives[stored->first_primitive + p]);
     }
     if (vertices >= INT32_MAX)
         return KD_TOO_LARGE;

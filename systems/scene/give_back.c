@@ -68,7 +68,7 @@ static void give_back_deformed(kd_scene_store *s, uint32_t number)
     for (uint32_t i = 0; i < mesh->primitive_count; i++) {
         const kd_store_primitive *own = &s->deformed_primitives[d->first_primitive + i];
         if (own->base_vertex != s->primitives[mesh->first_primitive + i].base_vertex)
-            give(&in->vertices, &s->vertex_count, own->base_vertex, own->vertex_count);
+            give(&in->vertices, &s->vertex_count, own->base_vertex, scene_primitive_vertices(own));
     }
     give(&in->deformed_primitives, &s->deformed_primitive_count, d->first_primitive, mesh->primitive_count);
     in->waiting_deformed -= d->waiting;

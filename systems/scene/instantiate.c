@@ -40,7 +40,7 @@ uint32_t scene_add_deformed(kd_scene_store *s, uint32_t mesh_number, bool with_s
     for (uint32_t i = 0; i < mesh->primitive_count; i++) {
         kd_store_primitive p = s->primitives[mesh->first_primitive + i];
         if (scene_primitive_deforms(&p, with_skin))
-            p.base_vertex = scene_take(&in->vertices, &s->vertex_count, p.vertex_count);
+            p.base_vertex = scene_take(&in->vertices, &s->vertex_count, scene_primitive_vertices(&p));
         s->deformed_primitives[first + i] = p;
     }
     return number + 1; /* as the component wants it */
@@ -179,7 +179,7 @@ static kd_status reserve_instance(builder *b)
         deformed++;
         deformed_primitives += mesh->primitive_count;
         for (uint32_t p = 0; p < mesh->primitive_count; p++)
-            vertices += s->primitives[mesh->first_primitive + p].vertex_count;
+            vertices += scene_primitive_vertices(&s->primitives[mesh->first_primitive + p]);
     }
     if (vertices >= INT32_MAX)
         return KD_TOO_LARGE;

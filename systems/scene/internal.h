@@ -78,6 +78,12 @@ static inline bool scene_primitive_deforms(const kd_store_primitive *p, bool wit
     return p->first_morph_vertex != KD_NONE || (with_skin && p->first_skin_vertex != KD_NONE);
 }
 
+/** Count the vertices that an instance of the primitive takes when it deforms: its own and its cage's. */
+static inline uint32_t scene_primitive_vertices(const kd_store_primitive *p)
+{
+    return p->vertex_count + p->cage_count;
+}
+
 /** Compute the boxes of `desc` into the store. `morph_count` is that of the store's mesh. */
 kd_status scene_reach_add(scene_internal *in, const kd_primitive_desc *desc, uint32_t morph_count,
                           scene_reach *out);

@@ -77,20 +77,29 @@ static uint32_t store_morph_count(const kd_mesh_desc *mesh)
     return mesh->morph_count < KD_MAX_MORPH_TARGETS ? mesh->morph_count : KD_MAX_MORPH_TARGETS;
 }
 
+static uint32_t cage_count(const kd_primitive_desc *desc)
+{
+    return desc->subdivision ? desc->subdivision->cage->vertex_count : 0;
+}
+
 /* Sizes of all streams together with those of the model, to be refused before a 32-bit count wraps. */
 static bool streams_fit(const kd_scene_store *store, const kd_model *model, uint64_t *primitives)
 {
     uint64_t vertices = store->vertex_count, indices = store->index_count, morphs = store->morph_vertex_count;
+    uint64_t stencils = store->stencil_count;
     *primitives = 0;
     for (uint32_t m = 0; m < model->mesh_count; m++) {
         const kd_mesh_desc *mesh = &model->meshes[m];
         for (uint32_t i = 0; i < mesh->primitive_count; i++, ++*primitives) {
-            vertices += mesh->primitives[i].vertex_count;
-            indices += mesh->primitives[i].index_count;
-            morphs += (uint64_t)mesh->primitives[i].vertex_count * store_morph_count(mesh);
+            const kd_primitive_desc *desc = &mesh->primitives[i];
+            uint64_t own = (uint64_t)desc->vertex_count + cage_count(desc);
+            vertices += own;
+            indices += desc->index_count;
+            morphs += own * store_morph_count(mesh);
+            stencils += desc->subdivision ? desc->subdivision->stencil_count : 0;
         }
     }
-    return vertices < INT32_MAX && indices < INT32_MAX && morphs < INT32_MAX;
+    return vertices < INT32_MAX && indices < INT32_MAX && morphs < INT32_MAX && stencils < INT32_MAX;
 }
 
 static bool reserve_model(kd_scene_store *s, scene_internal *in, const kd_model *model, uint64_t primitives)
@@ -125,7 +134,10 @@ static kd_status add_primitive(kd_scene_store *s, const kd_primitive_desc *desc,
 {
     scene_internal *in = s->internal;
     kd_store_primitive *p = &s->primitives[s->primitive_count];
-    kd_status status = scene_reach_add(in, desc, morph_count, &in->reach[s->primitive_count]);
+    const kd_subdivision *subdivision = desc->subdivision;
+    const uint32_t own = desc->vertex_count + cage_count(desc);
+    /* A limit point is a mean of cage vertices, so that their reach bounds it. */
+    kd_status status = scene_reach_add(in, subdivision ? subdivision->cage : desc, morph_count, &in->reach[s->primitive_count]);
     if (status != KD_OK)
         return status;
     bool skinned = desc->joints && desc->weights && in->reach[s->primitive_count].joint_box_count;
@@ -139,13 +151,18 @@ static kd_status add_primitive(kd_scene_store *s, const kd_primitive_desc *desc,
         .first_morph_vertex = morph_count ? s->morph_vertex_count : KD_NONE,
         .bounds_min = desc->bounds_min,
         .bounds_max = desc->bounds_max,
+        .cage_count = own - desc->vertex_count,
+        .first_row = s->stencil_row_count,
+        .first_stencil = s->stencil_count,
     };
     s->primitive_count++;
-    s->vertex_count += desc->vertex_count;
+    s->vertex_count += own;
+    s->stencil_row_count += subdivision ? desc->vertex_count : 0;
+    s->stencil_count += subdivision ? subdivision->stencil_count : 0;
     s->index_count += desc->index_count;
     s->triangle_count += desc->index_count / 3;
-    s->skin_vertex_count += skinned ? desc->vertex_count : 0;
-    s->morph_vertex_count += desc->vertex_count * morph_count;
+    s->skin_vertex_count += skinned ? own : 0;
+    s->morph_vertex_count += own * morph_count;
     return KD_OK;
 }
 
@@ -190,6 +207,7 @@ static kd_status add_meshes(kd_scene_store *s, const kd_model *model, uint32_t f
         kept->skin_vertex_count = before.skin_vertex_count,
         kept->morph_vertex_count = before.morph_vertex_count;
         kept->triangle_count = before.triangle_count;
+        kept->stencil_row_count = before.stencil_row_count, kept->stencil_count = before.stencil_count;
         in->box_count = boxes;
         return status;
     }

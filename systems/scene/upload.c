@@ -3,6 +3,7 @@
  * nothing is new. */
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "components/animation.h"
 #include "runtime/core/log.h"
@@ -61,6 +62,8 @@ static void ensure_buffers(kd_gpu *gpu, kd_scene_store *s)
     ensure(gpu, &s->attributes, s->vertex_count * KD_ATTRIBUTE_WORDS * word, "scene attributes");
     ensure(gpu, &s->indices, s->index_count * word, "scene indices");
     ensure(gpu, &s->skins_buffer, s->skin_vertex_count * KD_SKIN_WORDS * word, "scene skins");
+    ensure(gpu, &s->stencil_rows, s->stencil_row_count * sizeof(kd_stencil_row), "scene stencil rows");
+    ensure(gpu, &s->stencils, s->stencil_count * sizeof(kd_stencil), "scene stencils");
     ensure(gpu, &s->morphs, s->morph_vertex_count * KD_MORPH_WORDS * word, "scene morph targets");
 }
 
@@ -72,31 +75,56 @@ static void write_words(kd_gpu *gpu, kd_gpu_buffer buffer, uint32_t first, uint3
         kd_gpu_write_buffer(gpu, buffer, first * stride, words, count * stride);
 }
 
-static void upload_primitive(kd_gpu *gpu, const kd_scene_store *s, const kd_store_primitive *p,
-                             const kd_primitive_desc *desc, uint32_t morph_count, uint32_t *words)
+/* Upload what deforms: the vertices of a primitive, or those of its cage, which stand behind them. */
+static void upload_vertices(kd_gpu *gpu, const kd_scene_store *s, const kd_store_primitive *p,
+                            const kd_primitive_desc *desc, uint32_t morph_count, uint32_t behind, uint32_t *words)
 {
     uint32_t n = desc->vertex_count;
     scene_pack_geometry(desc, words);
-    write_words(gpu, s->geometry, p->base_vertex, n, KD_GEOMETRY_WORDS, words);
-    scene_pack_attributes(desc, words);
-    write_words(gpu, s->attributes, p->base_vertex, n, KD_ATTRIBUTE_WORDS, words);
-    write_words(gpu, s->indices, p->first_index, desc->index_count, 1, desc->indices);
+    write_words(gpu, s->geometry, p->base_vertex + behind, n, KD_GEOMETRY_WORDS, words);
     if (p->first_skin_vertex != KD_NONE) {
         scene_pack_skin(desc, words);
-        write_words(gpu, s->skins_buffer, p->first_skin_vertex, n, KD_SKIN_WORDS, words);
+        write_words(gpu, s->skins_buffer, p->first_skin_vertex + behind, n, KD_SKIN_WORDS, words);
     }
     for (uint32_t t = 0; t < morph_count; t++) {
         scene_pack_morph(desc, t, words);
-        write_words(gpu, s->morphs, p->first_morph_vertex + t * n, n, KD_MORPH_WORDS, words);
+        write_words(gpu, s->morphs, p->first_morph_vertex + morph_count * behind + t * n, n, KD_MORPH_WORDS, words);
     }
 }
 
-static bool upload_mesh(kd_gpu *gpu, const kd_scene_store *s, const kd_store_mesh *mesh)
+/* Rows count stencils from the primitive's first; on the GPU they count from the first of all. */
+static void upload_rows(kd_gpu *gpu, const kd_store_primitive *p, const kd_primitive_desc *desc, kd_scene_store *s,
+                        uint32_t *words)
+{
+    const kd_subdivision *from = desc->subdivision;
+    kd_stencil_row *rows = (kd_stencil_row *)(void *)words;
+    memcpy(rows, from->rows, desc->vertex_count * sizeof *rows);
+    for (uint32_t v = 0; v < desc->vertex_count; v++)
+        rows[v].first += p->first_stencil;
+    kd_gpu_write_buffer(gpu, s->stencil_rows, p->first_row * sizeof *rows, rows, desc->vertex_count * sizeof *rows);
+    kd_gpu_write_buffer(gpu, s->stencils, p->first_stencil * sizeof(kd_stencil), from->stencils,
+                        from->stencil_count * sizeof(kd_stencil));
+}
+
+static void upload_primitive(kd_gpu *gpu, kd_scene_store *s, const kd_store_primitive *p, const kd_primitive_desc *desc,
+                             uint32_t morph_count, uint32_t *words)
+{
+    upload_vertices(gpu, s, p, desc, morph_count, 0, words);
+    scene_pack_attributes(desc, words);
+    write_words(gpu, s->attributes, p->base_vertex, desc->vertex_count, KD_ATTRIBUTE_WORDS, words);
+    write_words(gpu, s->indices, p->first_index, desc->index_count, 1, desc->indices);
+    if (!desc->subdivision)
+        return;
+    upload_vertices(gpu, s, p, desc->subdivision->cage, morph_count, desc->vertex_count, words);
+    upload_rows(gpu, p, desc, s, words);
+}
+
+static bool upload_mesh(kd_gpu *gpu, kd_scene_store *s, const kd_store_mesh *mesh)
 {
     uint32_t largest = 1;
     for (uint32_t i = 0; i < mesh->primitive_count; i++)
-        if (mesh->desc->primitives[i].vertex_count > largest)
-            largest = mesh->desc->primitives[i].vertex_count;
+        if (scene_primitive_vertices(&s->primitives[mesh->first_primitive + i]) > largest)
+            largest = scene_primitive_vertices(&s->primitives[mesh->first_primitive + i]);
     uint32_t *words = malloc((size_t)largest * KD_GEOMETRY_WORDS * sizeof *words);
     if (!words)
         return false;
@@ -206,8 +234,8 @@ static void upload_fini(kd_system_context *c)
 {
     kd_scene_store *s = kd_singleton(c->world, kd_scene_store);
     scene_internal *in = s->internal;
-    kd_gpu_buffer *const buffers[] = {&s->geometry, &s->attributes, &s->indices, &s->skins_buffer,
-                                      &s->morphs};
+    kd_gpu_buffer *const buffers[] = {&s->geometry, &s->attributes,   &s->indices, &s->skins_buffer,
+                                      &s->morphs,   &s->stencil_rows, &s->stencils};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
         kd_gpu_destroy_buffer(c->gpu, *buffers[i]);
         *buffers[i] = (kd_gpu_buffer){0};
