@@ -35,6 +35,7 @@ struct app_capture {
     app_film *films; /* [option output], unused entries zero */
     slot *slots;
     uint32_t slot_count, next_slot;
+    bool rests;                 /* the frames under way are not written */
     kd_status status;           /* of the lane */
     _Atomic(int) encode_status; /* first failure of a worker */
 };
@@ -81,7 +82,8 @@ kd_status app_capture_check(const app_options *options) {
         bool plain = probe.temp[0] != '\0';
         kd_file_out_cancel(&probe);
         if (options->outputs[i].kind == APP_OUTPUT_FILM && !plain)
-            return kd_fail(KD_UNSUPPORTED, "%s: is a pipe or device, which cannot hold a film; name a plain file",
+            return kd_fail(KD_UNSUPPORTED,
+                           "%s: is a pipe or device, which cannot hold a film; name a plain file",
                            options->outputs[i].path);
         if (options->outputs[i].kind == APP_OUTPUT_FILM && !app_find_program("ffmpeg", path, sizeof path))
             return kd_fail(KD_NOT_FOUND,
@@ -204,6 +206,8 @@ static void run(kd_system_context *context) {
     app_capture *c = context->user;
     const kd_picture *picture = kd_singleton(context->world, kd_picture);
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    if (c->rests)
+        return;
     if (c->rings[0].id && app_capture_status(c) == KD_OK)
         queue_copy(c, picture->ldr, frame->index, false);
     if (c->rings[1].id && app_capture_status(c) == KD_OK)
@@ -221,6 +225,24 @@ kd_status app_capture_import(app_capture *capture, kd_schedule *s) {
                                   .run = run,
                                   .user = capture,
                               });
+}
+
+/* ---- frames that are there already ---- */
+
+bool app_capture_wants(const app_capture *c, uint64_t frame, bool last) {
+    char path[KD_PATH_MAX];
+    for (uint32_t i = 0; i < c->options->output_count; i++) {
+        const app_output *output = &c->options->outputs[i];
+        if (output->kind == APP_OUTPUT_FILM || (!output->every_frame && last))
+            return true;
+        if (output->every_frame && (numbered_path(output, frame, path) != KD_OK || !kd_file_exists(path)))
+            return true;
+    }
+    return false;
+}
+
+void app_capture_rest(app_capture *c, bool rests) {
+    c->rests = rests;
 }
 
 /* ---- the end ---- */

@@ -21,6 +21,11 @@ kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu,
 /** Register system capture. */
 kd_status app_capture_import(app_capture *capture, kd_schedule *s);
 
+/** Tell whether some output still lacks the frame: a film needs every one, single pictures the last. */
+bool app_capture_wants(const app_capture *capture, uint64_t frame, bool last);
+/** Let frames pass by unwritten, or go on writing them. */
+void app_capture_rest(app_capture *capture, bool rests);
+
 /** How the files written so far fared. Threading: the GPU lane. Cost: none. */
 kd_status app_capture_status(const app_capture *capture);
 

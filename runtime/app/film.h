@@ -1,7 +1,7 @@
 #ifndef KD_APP_FILM_H
 #define KD_APP_FILM_H
 
-/* An .mp4 written by an ffmpeg child: H.264, 4:2:0, BT.709, odd sides padded to even. The film stands under
+/* An .mp4 (H.264) or .webm (VP9) written by an ffmpeg child: 4:2:0, BT.709, odd sides padded to even, a constant rate. The film stands under
  * its name only when it is whole. */
 
 #include <stdint.h>

@@ -125,10 +125,10 @@ static kd_status read_out(app_options *o, const char *text) {
         output.kind = APP_OUTPUT_PNG;
     else if (kd_path_has_extension(text, ".exr"))
         output.kind = APP_OUTPUT_EXR;
-    else if (kd_path_has_extension(text, ".mp4"))
+    else if (kd_path_has_extension(text, ".mp4") || kd_path_has_extension(text, ".webm"))
         output.kind = APP_OUTPUT_FILM;
     else
-        return kd_fail(KD_USAGE, "--out: %s: unknown kind of file; end the name in .png, .exr or .mp4", text);
+        return kd_fail(KD_USAGE, "--out: %s: unknown kind of file; end the name in .png, .exr, .mp4 or .webm", text);
     if (output.kind == APP_OUTPUT_FILM && output.every_frame)
         return kd_fail(KD_USAGE, "--out: %s: a film is one file; leave the frame number out", text);
     output.every_frame = output.every_frame || output.kind == APP_OUTPUT_FILM;
@@ -177,6 +177,12 @@ static kd_status read_set(app_options *o, const char *text) {
                        text);
     o->sets[o->set_count++] = text;
     return app_is_param(text) || app_is_entity_field(text) ? KD_OK : kd_settings_set(&scratch, text);
+}
+
+static kd_status read_resume(app_options *o, const char *text) {
+    (void)text;
+    o->resume = true;
+    return KD_OK;
 }
 
 static kd_status read_level(app_options *o, const char *text) {
@@ -303,7 +309,8 @@ static const app_option_row run_options[] = {
     {"--threads", "N", read_threads,
      "threads; 0, the default, takes one per processor. Never changes the result"},
     {"--out", "PATH", read_out,
-     "repeatable: .png, .exr (last frame; every frame with a number such as %04d), .mp4"},
+     "repeatable: .png, .exr (last frame; every frame with a number such as %04d), .mp4, .webm"},
+    {"--resume", NULL, read_resume, "leave out frames whose numbered pictures stand there already"},
     {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
     {"--window", NULL, read_window, "show a window; it is closed to end"},
     {"--asset-root", "DIR", read_asset_root,

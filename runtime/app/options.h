@@ -64,7 +64,7 @@ typedef struct app_options {
     const char *traces[APP_MAX_TRACES]; /* paths of timelines */
     uint32_t trace_count;
     const char *compare_profile; /* path of an earlier timeline, or NULL */
-    bool profile_sync, window, quiet;
+    bool profile_sync, window, quiet, resume;
     const char *stats, *graph; /* paths or NULL */
     app_bench bench;
     uint32_t bench_n;       /* 0: not said */

@@ -29,7 +29,8 @@ typedef struct run {
     app_capture *capture;
     app_timing timing;
     kd_voxel_file voxels; /* of --voxels */
-    uint64_t frame_count, done;
+    uint64_t frame_count, done, left_out;
+    bool without_gpu; /* GPU systems are switched off: the frame is there already */
 } run;
 
 /* ---- before the frames ---- */
@@ -175,6 +176,42 @@ static bool wants_more(run *r, bool endless) {
     return endless || r->done < r->frame_count;
 }
 
+/* ---- frames that are there already ---- */
+
+/* What the GPU keeps between frames is made anew by the first ones that are rendered; none of it changes a
+ * picture, but its making is left out of the frames that are written. */
+enum { FIRST_FRAMES = 1, WARM_UP_FRAMES = 2 };
+
+static bool is_finished(const run *r, uint64_t frame) {
+    return frame < r->frame_count && !app_capture_wants(r->capture, frame, frame + 1 == r->frame_count);
+}
+
+/* Neither the frame nor those for which it would warm up are wanted. The first is rendered in any case: what
+ * is made once, such as the voxels of a skin, starts from its pose. */
+static bool may_leave_out(const run *r, uint64_t frame) {
+    if (frame < FIRST_FRAMES)
+        return false;
+    for (uint64_t i = frame; i <= frame + WARM_UP_FRAMES && i < r->frame_count; i++)
+        if (!is_finished(r, i))
+            return false;
+    return true;
+}
+
+/* The simulation goes through every frame, the GPU through those that are wanted. */
+static void choose_work(run *r) {
+    bool without_gpu = may_leave_out(r, r->done);
+    app_capture_rest(r->capture, is_finished(r, r->done));
+    r->left_out += without_gpu;
+    if (without_gpu == r->without_gpu)
+        return;
+    for (uint32_t i = 0; i < kd_schedule_count(r->schedule); i++) {
+        const kd_system_desc *system = kd_schedule_system(r->schedule, i);
+        if (system->where == KD_ON_GPU)
+            kd_schedule_enable(r->schedule, system->name, !without_gpu);
+    }
+    r->without_gpu = without_gpu;
+}
+
 static kd_status run_frames(run *r) {
     kd_status status = KD_OK;
     bool endless = r->options->window && r->options->frames < 0 && r->options->seconds < 0;
@@ -182,6 +219,8 @@ static kd_status run_frames(run *r) {
         if (app_interrupted())
             return KD_INTERRUPTED;
         uint64_t began = kd_clock_ns();
+        if (r->options->resume)
+            choose_work(r);
         status = run_frame(r, r->done);
         if (status == KD_OK && r->done == 0)
             status = check_voxels(r);
@@ -200,6 +239,9 @@ static kd_status run_frames(run *r) {
 static kd_status finish(run *r, kd_status status) {
     app_console_clear();
     app_timing_finish(&r->timing);
+    if (r->left_out)
+        kd_log(KD_LOG_INFO, "resumed: %llu of %llu frames were not rendered again",
+               (unsigned long long)r->left_out, (unsigned long long)r->done);
     bool last = r->done > 0 && (status == KD_OK || status == KD_INTERRUPTED);
     kd_status written = app_capture_finish(r->capture, last);
     if (status == KD_OK || status == KD_INTERRUPTED)

@@ -137,7 +137,7 @@ static void mistakes_give_one_message_that_helps(void **state) {
         {"run a.lua --gi cone", "did you mean 'cones'?"},
         {"run a.lua --view octre", "did you mean 'octree'?"},
         {"run a.lua --level 16", "out of range"},
-        {"run a.lua --out picture.jpg", ".png, .exr or .mp4"},
+        {"run a.lua --out picture.jpg", ".exr, .mp4 or .webm"},
         {"run a.lua --out p_%s.png", "%04d"},
         {"run a.lua --out p_%04d_%d.png", "%04d"},
         {"run a.lua --out p_%n.png", "%04d"},
