@@ -178,9 +178,14 @@ static bool wants_more(run *r, bool endless) {
 
 /* ---- frames that are there already ---- */
 
-/* What the GPU keeps between frames is made anew by the first ones that are rendered; none of it changes a
- * picture, but its making is left out of the frames that are written. */
-enum { FIRST_FRAMES = 1, WARM_UP_FRAMES = 2 };
+/* Frames rendered before one that is wanted. What the GPU keeps from frame to frame changes no picture but for
+ * light that goes on being reflected: after this many frames less than a hundredth of what is missing is left,
+ * with surfaces that reflect eight tenths. */
+enum { FIRST_FRAMES = 1, WARM_UP_FRAMES = 2, BOUNCE_FRAMES = 21 };
+
+static uint64_t warm_up_frames(const run *r) {
+    return r->scene.settings.light_bounces > KD_BOUNCES_ONE ? BOUNCE_FRAMES : WARM_UP_FRAMES;
+}
 
 static bool is_finished(const run *r, uint64_t frame) {
     return frame < r->frame_count && !app_capture_wants(r->capture, frame, frame + 1 == r->frame_count);
@@ -191,7 +196,7 @@ static bool is_finished(const run *r, uint64_t frame) {
 static bool may_leave_out(const run *r, uint64_t frame) {
     if (frame < FIRST_FRAMES)
         return false;
-    for (uint64_t i = frame; i <= frame + WARM_UP_FRAMES && i < r->frame_count; i++)
+    for (uint64_t i = frame; i <= frame + warm_up_frames(r) && i < r->frame_count; i++)
         if (!is_finished(r, i))
             return false;
     return true;
