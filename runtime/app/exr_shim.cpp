@@ -61,8 +61,10 @@ static const char *check_header(const unsigned char *data, size_t size) {
     int code = ParseEXRHeaderFromMemory(&header, &version, data, size, &error);
     if (error)
         FreeEXRErrorMessage(error);
-    if (code != TINYEXR_SUCCESS)
+    if (code != TINYEXR_SUCCESS) {
+        FreeEXRHeader(&header); // what was read before the damage
         return "its header is damaged";
+    }
     const long long width = static_cast<long long>(header.data_window.max_x) - header.data_window.min_x + 1;
     const long long height = static_cast<long long>(header.data_window.max_y) - header.data_window.min_y + 1;
     FreeEXRHeader(&header);
