@@ -103,7 +103,7 @@ static void sponza_agrees_after_any_bounces(void **state)
     } cases[] = {{"1", "sponza_1.exr"}, {"8", "sponza_8.exr"}};
     (void)state;
     for (size_t i = 0; i < 2; i++) {
-        image p = trace(image_scenario("sponza.lua", "%s", sponza), "96x54", "128", cases[i].bounces);
+        image p = trace(image_scenario("sponza.lua", "%s", sponza), "96x54", "256", cases[i].bounces);
         for (size_t k = 0; k < image_count(p); k++)
             p.rgb[k] *= sky[k % 3];
         expect_truth(p, cases[i].truth);
