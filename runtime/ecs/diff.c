@@ -157,6 +157,21 @@ static void compare_order(comparison *c)
     }
 }
 
+/* Sparse values have an order of their own; values that only one world has are told by now. */
+static void compare_sparse_order(comparison *c, kd_component_id id, kd_component_id other)
+{
+    if (!ecs_is_sparse(c->a, id) || !other || !ecs_is_sparse(c->b, other))
+        return;
+    const ecs_side *x = ecs_side_of(c->a, id), *y = ecs_side_of(c->b, other);
+    for (uint32_t i = 0; x && y && x->count == y->count && i < x->count; i++)
+        if (!kd_entity_equal(x->entities[i], y->entities[i])) {
+            note(c, (kd_difference){.kind = KD_DIFFERENCE_ORDER,
+                                    .entity = x->entities[i],
+                                    .component = c->a->components[id].desc});
+            return;
+        }
+}
+
 uint32_t kd_world_diff(const kd_world *a, const kd_world *b, kd_difference *out, uint32_t capacity)
 {
     comparison c = {.a = a, .b = b, .out = out, .capacity = capacity};
@@ -179,6 +194,8 @@ uint32_t kd_world_diff(const kd_world *a, const kd_world *b, kd_difference *out,
             note(&c, (kd_difference){.kind = KD_DIFFERENCE_ENTITY, .entity = y, .in = 1});
     }
     compare_order(&c);
+    for (kd_component_id id = 1; id <= kd_component_count(a); id++)
+        compare_sparse_order(&c, id, c.b_ids[id]);
     return c.count;
 }
 
@@ -210,7 +227,10 @@ const char *kd_difference_text(const kd_world *a, const kd_world *b, const kd_di
     case KD_DIFFERENCE_PAIR: snprintf(at, left, "%s %s only in the %s world", component, target, in); break;
     case KD_DIFFERENCE_PAIR_ORDER: snprintf(at, left, "pairs of %s come in another order", component); break;
     case KD_DIFFERENCE_SIBLING: snprintf(at, left, "another sibling follows"); break;
-    case KD_DIFFERENCE_ORDER: snprintf(at, left, "from here on the entities come in another order"); break;
+    case KD_DIFFERENCE_ORDER:
+        snprintf(at, left, "from here on the %s%s come in another order",
+                 d->component ? "values of " : "entities", component);
+        break;
     }
     return out;
 }

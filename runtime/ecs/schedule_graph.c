@@ -47,7 +47,7 @@ static void add_node(kd_schedule *s, uint32_t system, kd_phase phase)
     schedule_node *node = &s->nodes[s->node_count++];
     *node = (schedule_node){.schedule = s, .system = system, .phase = phase};
     if (system != SCHEDULE_MERGE)
-        s->systems[system].command_key = (uint64_t)s->node_count << 32;
+        s->systems[system].command_key = (uint64_t)s->node_count << SCHEDULE_KEY_SHIFT;
 }
 
 static void add_phase(kd_schedule *s, kd_phase phase)

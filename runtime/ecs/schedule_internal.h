@@ -19,6 +19,7 @@ enum {
     SCHEDULE_MAX_SYSTEMS = 256,
     SCHEDULE_MAX_NODES = SCHEDULE_MAX_SYSTEMS + KD_PHASE_COUNT,
     SCHEDULE_SET_WORDS = (SCHEDULE_MAX_NODES + 63) / 64,
+    SCHEDULE_KEY_SHIFT = 52, /* of command keys: 12 bits node, 20 bits run of the frame, 32 bits row */
     SCHEDULE_ALL_USES = 4095,
     SCHEDULE_SAMPLES = 64,
 };

@@ -65,8 +65,7 @@ static void run_once(kd_schedule *s, uint32_t index, kd_system_context *context)
     if (s->hooks.end)
         s->hooks.end(s->hooks.user, index, worker);
     kd_jobs_set_label(s->jobs, worker, outer_label);
-    if (ecs_key_follows(commands->key, context->command_key))
-        context->command_key = commands->key; /* its next run of this frame goes on from there */
+    context->command_key += (uint64_t)1 << 32; /* its next run of this frame is merged behind this one */
     kd_commands_key(commands, outer_key);
     system->counts.runs++;
 }

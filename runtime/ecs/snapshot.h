@@ -64,7 +64,8 @@ typedef enum kd_difference_kind {
     KD_DIFFERENCE_PAIR,       /* it is related to `target` in one world only */
     KD_DIFFERENCE_PAIR_ORDER, /* its targets, or its sources, come in another order */
     KD_DIFFERENCE_SIBLING, /* the same parent, but another sibling follows */
-    KD_DIFFERENCE_ORDER,   /* the first entity at which the orders of iteration part; given once, last */
+    KD_DIFFERENCE_ORDER,   /* the first entity at which the orders of iteration part, last of all: once for the
+                              tables, then for each sparse component */
 } kd_difference_kind;
 
 typedef struct kd_difference {
@@ -77,7 +78,7 @@ typedef struct kd_difference {
 } kd_difference;
 
 /** Compare two worlds by handle; components are matched by name, and only described bytes count, as for the
- * checksum.
+ * checksum; singletons count in neither.
  *  Shapes  out: capacity entries, may be NULL when capacity is 0; the first ones in order of index
  *  Returns the number of all differences: 0 for worlds of equal checksum */
 uint32_t kd_world_diff(const kd_world *a, const kd_world *b, kd_difference *out, uint32_t capacity);

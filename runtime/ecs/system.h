@@ -63,7 +63,9 @@ typedef struct kd_system_context {
     double time_s;            /* simulated: at the frame's beginning; of a fixed rate: the end of the step */
     double dt_s;              /* simulated time that this run stands for, see kd_system_rate */
     uint32_t frame;           /* frames run before this one */
-    uint64_t command_key;     /* parallel loops record under command_key + row in kd_world_commands(world, worker); < 2^32 rows a frame */
+    uint64_t command_key;     /* of this run: parallel loops record under command_key + row in kd_world_commands(world, worker);
+                               * < 2^32 rows. A loop of jobs that set keys leaves one on every worker: set that of `commands`
+                               * anew before going on */
 } kd_system_context;
 
 /* How often a system runs. What is due follows from the world's clock (kd_schedule_clock) and nothing else: the same

@@ -182,7 +182,7 @@ bool kd_world_has_commands(const kd_world *w);
 kd_status kd_world_merge(kd_world *w);
 
 /* ---- statistics ---- */
-uint64_t kd_world_checksum(const kd_world *w); /* of all entities and plain-data components */
+uint64_t kd_world_checksum(const kd_world *w); /* of entities and described fields; no singletons */
 size_t kd_world_bytes(const kd_world *w);      /* heap held */
 void kd_world_limit_bytes(kd_world *w,
                           size_t bytes); /* calls that would pass it fail with KD_NO_MEMORY; 0: no limit */

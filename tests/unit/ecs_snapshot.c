@@ -572,6 +572,28 @@ static void order_and_siblings_count(void **state)
     kd_world_destroy(w[1]);
 }
 
+/* The order in which sparse values came is the order of iteration over them, and counts in the checksum. */
+static void order_of_sparse_values_counts(void **state)
+{
+    (void)state;
+    kd_world *w[2];
+    kd_difference d[4];
+    char text[128];
+    for (int k = 0; k < 2; k++) {
+        w[k] = kd_world_make();
+        kd_entity e[2] = {kd_spawn(w[k], KD_TAG(position)), kd_spawn(w[k], KD_TAG(position))};
+        kd_add(w[k], e[k], spark);
+        kd_add(w[k], e[1 - k], spark);
+    }
+    assert_true(kd_world_checksum(w[0]) != kd_world_checksum(w[1]));
+    assert_int_equal(kd_world_diff(w[0], w[1], d, 4), 1);
+    assert_int_equal(d[0].kind, KD_DIFFERENCE_ORDER);
+    assert_string_equal(kd_difference_text(w[0], w[1], &d[0], text, sizeof text),
+                        "entity 0.1: from here on the values of spark come in another order");
+    kd_world_destroy(w[0]);
+    kd_world_destroy(w[1]);
+}
+
 /* ---- JSON ---- */
 static void json_shows_a_world_to_people(void **state)
 {
@@ -611,6 +633,7 @@ int main(void)
         cmocka_unit_test(files_carry_a_world),
         cmocka_unit_test(each_difference_is_named),
         cmocka_unit_test(order_and_siblings_count),
+        cmocka_unit_test(order_of_sparse_values_counts),
         cmocka_unit_test(json_shows_a_world_to_people),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
