@@ -26,9 +26,15 @@ void *ecs_relation_find(const kd_world *w, kd_component_id id, kd_entity source)
     return item == ECS_NONE ? NULL : ecs_pair_value(w, id, r, item);
 }
 
+/* The id comes from outside: one that nobody gave is that of no relation. */
+static const ecs_relation *known(const kd_world *w, kd_component_id id)
+{
+    return id <= ECS_MAX_COMPONENTS ? ecs_relation_of(w, id) : NULL;
+}
+
 const void *kd_pair_find_id(const kd_world *w, kd_entity source, kd_component_id relation, kd_entity target)
 {
-    const ecs_relation *r = ecs_relation_of(w, relation);
+    const ecs_relation *r = known(w, relation);
     if (!r || !r->pair_count)
         return NULL;
     source = living(w, source);
@@ -50,7 +56,7 @@ void *kd_pair_find_mut_id(kd_world *w, kd_entity source, kd_component_id relatio
 
 static ecs_run targets_run(const kd_world *w, kd_entity source, kd_component_id relation)
 {
-    const ecs_relation *r = ecs_relation_of(w, relation);
+    const ecs_relation *r = known(w, relation);
     source = r ? living(w, source) : KD_NO_ENTITY;
     return source.generation ? ecs_run_of(&r->targets, source.index) : (ecs_run){0};
 }
@@ -73,7 +79,7 @@ const void *kd_target_values_id(const kd_world *w, kd_entity source, kd_componen
 
 kd_entities kd_sources_id(const kd_world *w, kd_entity target, kd_component_id relation)
 {
-    const ecs_relation *r = ecs_relation_of(w, relation);
+    const ecs_relation *r = known(w, relation);
     target = r ? living(w, target) : KD_NO_ENTITY;
     ecs_run run = target.generation ? ecs_run_of(&r->sources, target.index) : (ecs_run){0};
     return run.count ? (kd_entities){r->sources.entities + run.base, run.count} : (kd_entities){NULL, 0};
@@ -87,7 +93,7 @@ kd_entity kd_target_id(const kd_world *w, kd_entity source, kd_component_id rela
 
 uint32_t kd_pair_count_id(const kd_world *w, kd_component_id relation)
 {
-    const ecs_relation *r = ecs_relation_of(w, relation);
+    const ecs_relation *r = known(w, relation);
     return r ? r->pair_count : 0;
 }
 

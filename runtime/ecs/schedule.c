@@ -48,10 +48,30 @@ static uint16_t ensure_resource(kd_schedule *s, const char *name)
     return (uint16_t)s->resource_count++;
 }
 
+/* What is wrong with a description, and what to do; NULL: nothing. */
+static const char *find_mistake(const kd_schedule *s, const kd_system_desc *desc)
+{
+    const kd_system_rate *rate = &desc->rate;
+    if (s->built)
+        return "a frame has run already; add all systems before the first";
+    if (!desc->name)
+        return "it has no name; give it one";
+    if (!desc->run)
+        return "it has no function to run; set .run";
+    if ((unsigned)desc->phase >= KD_PHASE_COUNT)
+        return "its phase is unknown; take one of kd_phase";
+    if (!(rate->every_s >= 0) || (rate->every_s > 0 && rate->every_frames))
+        return "its rate is negative, or by time and by frames; set one of .every_s and .every_frames";
+    if (rate->offset_frames && rate->offset_frames >= rate->every_frames)
+        return "its rate's offset is not less than .every_frames; lower it";
+    return NULL;
+}
+
 kd_status kd_schedule_add(kd_schedule *s, const kd_system_desc *desc)
 {
-    assert(!s->built && desc->name && desc->run && (unsigned)desc->phase < KD_PHASE_COUNT);
-    assert(!desc->rate.offset_frames || desc->rate.offset_frames < desc->rate.every_frames);
+    const char *mistake = find_mistake(s, desc);
+    if (mistake)
+        return kd_fail(KD_USAGE, "system %s: %s", desc->name ? desc->name : "without a name", mistake);
     if (s->system_count == SCHEDULE_MAX_SYSTEMS)
         return kd_fail(KD_OUT_OF_RANGE, "system %s: there are %d systems already, the most there can be",
                        desc->name, SCHEDULE_MAX_SYSTEMS);
@@ -84,12 +104,13 @@ const kd_system_desc *kd_schedule_system(const kd_schedule *s, uint32_t index)
 
 kd_status kd_schedule_enable(kd_schedule *s, const char *name, bool enabled)
 {
+    bool found = false;
     for (uint32_t i = 0; i < s->system_count; i++)
         if (strcmp(s->systems[i].desc.name, name) == 0) {
             s->systems[i].enabled = enabled;
-            return KD_OK;
+            found = true;
         }
-    return kd_fail(KD_NOT_FOUND, "system %s: there is none of that name", name);
+    return found ? KD_OK : kd_fail(KD_NOT_FOUND, "system %s: there is none of that name", name);
 }
 
 void kd_schedule_leave_out_gpu(kd_schedule *s)

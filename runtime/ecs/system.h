@@ -112,13 +112,14 @@ void kd_schedule_destroy(kd_schedule *s); /* runs every fini */
 /** Leave out every system of the GPU lane, its init and fini too: for those who want the state of the world and no picture.
  *  To be called before the schedule's init. */
 void kd_schedule_leave_out_gpu(kd_schedule *s);
-/** Register a system. All must be registered before the first run. Errors KD_OUT_OF_RANGE for too many (256). */
+/** Register a system. All must be registered before the first run. Errors KD_OUT_OF_RANGE for too many (256); KD_USAGE,
+ *  with a message, for one that comes later, without a name or a function, or with a rate that makes no sense. */
 kd_status kd_schedule_add(kd_schedule *s, const kd_system_desc *desc);
 /** Run every init in registration order. */
 kd_status kd_schedule_init(kd_schedule *s);
 /** Run one frame: every system once, then merge commands at each phase border at which some were recorded. */
 kd_status kd_schedule_run(kd_schedule *s);
-/** Let a system run or not. Takes effect with the next frame. Errors NOT_FOUND, with a message. */
+/** Let a system run or not, and all of the same name. Takes effect with the next frame. Errors NOT_FOUND, with a message. */
 kd_status kd_schedule_enable(kd_schedule *s, const char *name, bool enabled);
 
 /* ---- simulated time ---- */

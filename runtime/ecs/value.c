@@ -147,6 +147,8 @@ kd_status kd_remove_id(kd_world *w, kd_entity e, kd_component_id id)
     uint32_t row;
     if (!ecs_settle(w, &e, &t, &row))
         return KD_NOT_FOUND;
+    if (id > ECS_MAX_COMPONENTS)
+        return KD_OK;
     if (w->components[id].sparse) {
         remove_beside(w, e, id);
         return KD_OK;

@@ -512,6 +512,42 @@ static void hooks_and_scratch_serve_each_run(void **state)
     destroy(&f);
 }
 
+static void add_refuses_descriptions_that_make_no_sense(void **state)
+{
+    (void)state;
+    fixture f = make(1);
+    add(&f, (kd_system_desc){.name = "first", .run = note, .user = "f"});
+    const kd_system_desc wrong[] = {
+        {.run = note},
+        {.name = "no function"},
+        {.name = "no phase", .run = note, .phase = KD_PHASE_COUNT},
+        {.name = "backwards", .run = note, .rate = {.every_s = -1}},
+        {.name = "two rates", .run = note, .rate = {.every_s = 1, .every_frames = 2}},
+        {.name = "never", .run = note, .rate = {.every_frames = 2, .offset_frames = 2}},
+    };
+    kd_log_set_sink(quiet, NULL);
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        assert_int_equal(kd_schedule_add(f.schedule, &wrong[i]), KD_USAGE);
+    assert_int_equal(kd_schedule_run(f.schedule), KD_OK);
+    assert_int_equal(kd_schedule_add(f.schedule, &(kd_system_desc){.name = "late", .run = note}), KD_USAGE);
+    kd_log_set_sink(NULL, NULL);
+    assert_int_equal(kd_schedule_count(f.schedule), 1);
+    destroy(&f);
+}
+
+static void systems_of_one_name_are_switched_together(void **state)
+{
+    (void)state;
+    fixture f = make(1);
+    clear_trace();
+    for (int i = 0; i < 2; i++)
+        add(&f, (kd_system_desc){.name = "twin", .run = note, .user = "t"});
+    assert_int_equal(kd_schedule_enable(f.schedule, "twin", false), KD_OK);
+    assert_int_equal(kd_schedule_run(f.schedule), KD_OK);
+    assert_string_equal(trace, "");
+    destroy(&f);
+}
+
 static void add_refuses_more_systems_than_fit(void **state)
 {
     (void)state;
@@ -601,6 +637,8 @@ int main(void)
         cmocka_unit_test(init_runs_in_order_and_fini_in_reverse),
         cmocka_unit_test(failed_init_stops_and_undoes_only_what_was_done),
         cmocka_unit_test(hooks_and_scratch_serve_each_run),
+        cmocka_unit_test(add_refuses_descriptions_that_make_no_sense),
+        cmocka_unit_test(systems_of_one_name_are_switched_together),
         cmocka_unit_test(add_refuses_more_systems_than_fit),
         cmocka_unit_test(dot_shows_phases_edges_and_barriers),
     };

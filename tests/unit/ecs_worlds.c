@@ -6,6 +6,7 @@
 
 #include "runtime/ecs/instance.h"
 #include "runtime/ecs/observer.h"
+#include "runtime/ecs/relation.h"
 #include "runtime/ecs/snapshot.h"
 #include "runtime/ecs/system.h"
 #include "runtime/ecs/validate.h"
@@ -115,6 +116,13 @@ static void ids_of_another_world_find_nothing(void **state)
     assert_false(kd_is_enabled_id(small, e, foreign));
     assert_null(kd_component_info(small, foreign));
     assert_null(kd_singleton_find(small, foreign));
+    for (kd_component_id id = 600; id < 1u << 31; id *= 99) { /* nobody's */
+        assert_int_equal(kd_remove_id(small, e, id), KD_OK);
+        assert_false(kd_is_enabled_id(small, e, id));
+        assert_int_equal(kd_pair_count_id(small, id), 0);
+        assert_int_equal(kd_targets_id(small, e, id).count, 0);
+        assert_null(kd_pair_find_mut_id(small, e, id, e));
+    }
     assert_int_equal(kd_world_validate(small), KD_OK);
     kd_world_destroy(large);
     kd_world_destroy(small);
