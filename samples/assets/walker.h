@@ -42,11 +42,14 @@ typedef struct skin_vertex {
 typedef struct skin_mesh {
     skin_vertex *vertices;
     uint16_t *indices;
-    int vertex_count, index_count, vertex_capacity, index_capacity;
+    uint16_t (*quads)[4]; /* the body's triangles, in pairs */
+    int vertex_count, index_count, quad_count, vertex_capacity, index_capacity, quad_capacity;
 } skin_mesh;
 
 /** Make the body's surface: closed, triangles counter-clockwise from outside. */
 void walker_make_body(skin_mesh *mesh);
+/** Make a low cage of the body, for a subdivision surface. */
+void walker_make_cage(skin_mesh *mesh);
 /** Make eyes and nostrils: spheres bound to the head. */
 void walker_make_eyes(skin_mesh *mesh);
 int skin_mesh_add_vertex(skin_mesh *mesh, const skin_vertex *vertex);

@@ -4,13 +4,19 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "samples/assets/walker.h"
 
-/* The grid: cubes of 2 cm round the whole bind pose; x is symmetric so that both halves match. */
-enum { NX = 26, NY = 50, NZ = 44 };
-static const double step = 0.02;
-static const vec3 origin = {-0.26, -0.03, -0.60};
+/* Cubes round the whole bind pose; x is symmetric so that both halves match. */
+enum { NX = 26, NY = 50, NZ = 44 }; /* at most */
+typedef struct grid {
+    int nx, ny, nz;
+    double step;
+    vec3 origin;
+} grid;
+static const grid fine = {NX, NY, NZ, 0.02, {-0.26, -0.03, -0.60}};
+static const grid coarse = {11, 22, 19, 0.52 / 11, {-0.26, -0.03, -0.61}};
 
 static void *grown(void *data, int *capacity, size_t size)
 {
@@ -44,6 +50,7 @@ void skin_mesh_free(skin_mesh *mesh)
 {
     free(mesh->vertices);
     free(mesh->indices);
+    free(mesh->quads);
     *mesh = (skin_mesh){0};
 }
 
@@ -66,13 +73,14 @@ skin_vertex skin_vertex_make(vec3 p, vec3 n, vec3 color, const uint8_t joints[4]
 }
 
 typedef struct net {
+    grid grid;
     double field[NX + 1][NY + 1][NZ + 1]; /* at the grid's corners */
     int vertex[NX][NY][NZ];               /* of each cell, or -1 */
 } net;
 
-static vec3 corner_position(int x, int y, int z)
+static vec3 corner_position(const net *n, int x, int y, int z)
 {
-    return v_add(origin, v_mul((vec3){x, y, z}, step));
+    return v_add(n->grid.origin, v_mul((vec3){x, y, z}, n->grid.step));
 }
 
 /* The mean of the points where the cell's edges cross the surface. Returns false if none does. */
@@ -89,8 +97,8 @@ static bool cell_center(const net *n, int x, int y, int z, vec3 *out)
             double fb = n->field[x + (b & 1)][y + (b >> 1 & 1)][z + (b >> 2)];
             if ((fa < 0) == (fb < 0))
                 continue;
-            vec3 pa = corner_position(x + (a & 1), y + (a >> 1 & 1), z + (a >> 2));
-            vec3 pb = corner_position(x + (b & 1), y + (b >> 1 & 1), z + (b >> 2));
+            vec3 pa = corner_position(n, x + (a & 1), y + (a >> 1 & 1), z + (a >> 2));
+            vec3 pb = corner_position(n, x + (b & 1), y + (b >> 1 & 1), z + (b >> 2));
             sum = v_add(sum, v_mix(pa, pb, fa / (fa - fb)));
             count++;
         }
@@ -99,7 +107,7 @@ static bool cell_center(const net *n, int x, int y, int z, vec3 *out)
     return count > 0;
 }
 
-static int add_body_vertex(skin_mesh *mesh, vec3 p)
+static int add_body_vertex(skin_mesh *mesh, vec3 p, double step)
 {
     for (int i = 0; i < 4; i++) {
         double d = walker_distance(p), limit = step / 2;
@@ -123,6 +131,10 @@ static vec3 position_of(const skin_mesh *mesh, int i)
 /* Split along the shorter diagonal. */
 static void add_quad(skin_mesh *mesh, int a, int b, int c, int d)
 {
+    if (mesh->quad_count == mesh->quad_capacity)
+        mesh->quads = grown(mesh->quads, &mesh->quad_capacity, sizeof *mesh->quads);
+    memcpy(mesh->quads[mesh->quad_count++], (const uint16_t[]){(uint16_t)a, (uint16_t)b, (uint16_t)c, (uint16_t)d},
+           sizeof *mesh->quads);
     double ac = v_length(v_sub(position_of(mesh, a), position_of(mesh, c)));
     double bd = v_length(v_sub(position_of(mesh, b), position_of(mesh, d)));
     if (ac <= bd) {
@@ -157,32 +169,51 @@ static void add_edge_quad(const net *n, skin_mesh *mesh, const int at[3], int ax
 
 static void add_net_vertices(net *n, skin_mesh *mesh)
 {
-    for (int x = 0; x <= NX; x++)
-        for (int y = 0; y <= NY; y++)
-            for (int z = 0; z <= NZ; z++)
-                n->field[x][y][z] = walker_distance(corner_position(x, y, z));
-    for (int x = 0; x < NX; x++)
-        for (int y = 0; y < NY; y++)
-            for (int z = 0; z < NZ; z++) {
+    for (int x = 0; x <= n->grid.nx; x++)
+        for (int y = 0; y <= n->grid.ny; y++)
+            for (int z = 0; z <= n->grid.nz; z++)
+                n->field[x][y][z] = walker_distance(corner_position(n, x, y, z));
+    for (int x = 0; x < n->grid.nx; x++)
+        for (int y = 0; y < n->grid.ny; y++)
+            for (int z = 0; z < n->grid.nz; z++) {
                 vec3 p;
-                n->vertex[x][y][z] = cell_center(n, x, y, z, &p) ? add_body_vertex(mesh, p) : -1;
+                n->vertex[x][y][z] = cell_center(n, x, y, z, &p) ? add_body_vertex(mesh, p, n->grid.step) : -1;
             }
 }
 
-void walker_make_body(skin_mesh *mesh)
+static void make_body(skin_mesh *mesh, const grid *cells)
 {
     net *n = malloc(sizeof *n);
     if (!n) {
         fputs("kandil-assets: out of memory\n", stderr);
         exit(1);
     }
+    n->grid = *cells;
     add_net_vertices(n, mesh);
-    for (int x = 1; x < NX; x++)
-        for (int y = 1; y < NY; y++)
-            for (int z = 1; z < NZ; z++)
+    for (int x = 1; x < n->grid.nx; x++)
+        for (int y = 1; y < n->grid.ny; y++)
+            for (int z = 1; z < n->grid.nz; z++)
                 for (int axis = 0; axis < 3; axis++)
                     add_edge_quad(n, mesh, (const int[]){x, y, z}, axis);
     free(n);
+}
+
+void walker_make_body(skin_mesh *mesh)
+{
+    make_body(mesh, &fine);
+}
+
+/* A limit surface lies inside its cage: pushing the cage out by a seventh of a cell makes up for most of it. */
+void walker_make_cage(skin_mesh *mesh)
+{
+    make_body(mesh, &coarse);
+    for (int i = 0; i < mesh->vertex_count; i++) {
+        skin_vertex *v = &mesh->vertices[i];
+        bool sole = v->position[1] < 1e-4f;
+        for (int k = 0; k < 3; k++)
+            if (k != 1 || !sole) /* feet stay on the ground */
+                v->position[k] += v->normal[k] * (float)(coarse.step / 7);
+    }
 }
 
 typedef struct sphere {

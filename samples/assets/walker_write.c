@@ -26,7 +26,7 @@ static int add_attribute(gltf *g, const skin_mesh *mesh, size_t offset, size_t s
     add_attribute(g, mesh, offsetof(skin_vertex, field), sizeof(((skin_vertex *)0)->field),                  \
                   (gltf_array){__VA_ARGS__})
 
-static void print_primitive(gltf *g, bytes *out, const skin_mesh *mesh, int material)
+static void print_primitive(gltf *g, bytes *out, const skin_mesh *mesh, int material, const char *extras)
 {
     int position = ADD_FIELD(g, mesh, position, .width = 3, .type = GLTF_F32, .bounds = true);
     int normal = ADD_FIELD(g, mesh, normal, .width = 3, .type = GLTF_F32);
@@ -41,25 +41,81 @@ static void print_primitive(gltf *g, bytes *out, const skin_mesh *mesh, int mate
     bytes_print(
         out,
         "{\"attributes\":{\"POSITION\":%d,\"NORMAL\":%d,\"COLOR_0\":%d,\"JOINTS_0\":%d,\"WEIGHTS_0\":%d},"
-        "\"indices\":%d,\"material\":%d}",
-        position, normal, color, joints, weights, indices, material);
+        "\"indices\":%d,\"material\":%d%s}",
+        position, normal, color, joints, weights, indices, material, extras);
 }
 
-static void add_mesh(gltf *g)
+static bool on_ground(const skin_mesh *mesh, int vertex)
+{
+    return mesh->vertices[vertex].position[1] < 1e-4f;
+}
+
+static bool is_sole(const skin_mesh *mesh, int quad)
+{
+    bool sole = true;
+    for (int k = 0; k < 4; k++)
+        sole &= on_ground(mesh, mesh->quads[quad][k]);
+    return sole;
+}
+
+/* An edge of a sole that no other sole shares is its rim. */
+static bool is_rim(const skin_mesh *mesh, int a, int b)
+{
+    for (int q = 0; q < mesh->quad_count; q++)
+        for (int k = 0; k < 4 && is_sole(mesh, q); k++)
+            if (mesh->quads[q][k] == b && mesh->quads[q][(k + 1) % 4] == a)
+                return false;
+    return true;
+}
+
+/* The cage as docs/subdivision.md describes it; the rims of the soles are creased. */
+static void print_cage(bytes *out, const skin_mesh *mesh)
+{
+    bytes sizes = {0}, corners = {0}, creases = {0}, lengths = {0}, sharpness = {0};
+    for (int q = 0; q < mesh->quad_count; q++) {
+        const uint16_t *quad = mesh->quads[q];
+        bytes_print(&sizes, "%s4", q ? "," : "");
+        bytes_print(&corners, "%s%d,%d,%d,%d", q ? "," : "", quad[0], quad[1], quad[2], quad[3]);
+        for (int k = 0; k < 4 && is_sole(mesh, q); k++) {
+            int a = quad[k], b = quad[(k + 1) % 4];
+            if (!is_rim(mesh, a, b))
+                continue;
+            const char *comma = creases.size ? "," : "";
+            bytes_print(&creases, "%s%d,%d", comma, a, b);
+            bytes_print(&lengths, "%s2", comma);
+            bytes_print(&sharpness, "%s2.5", comma);
+        }
+    }
+    bytes_print(out,
+                ",\n      \"extras\":{\"subdivisionScheme\":\"catmullClark\",\"level\":3,\n"
+                "      \"faceVertexCounts\":[%s],\n      \"faceVertexIndices\":[%s],\n"
+                "      \"creaseIndices\":[%s],\"creaseLengths\":[%s],\"creaseSharpnesses\":[%s]}",
+                sizes.data, corners.data, creases.size ? creases.data : "", creases.size ? lengths.data : "",
+                creases.size ? sharpness.data : "");
+    bytes *const all[] = {&sizes, &corners, &creases, &lengths, &sharpness};
+    for (int i = 0; i < 5; i++)
+        bytes_free(all[i]);
+}
+
+static void add_mesh(gltf *g, bool cage)
 {
     skin_mesh body = {0}, eyes = {0};
     bytes primitives = {0};
-    walker_make_body(&body);
+    bytes extras = {0};
+    (cage ? walker_make_cage : walker_make_body)(&body);
+    if (cage)
+        print_cage(&extras, &body);
     walker_make_eyes(&eyes);
-    print_primitive(g, &primitives, &body, 0);
+    print_primitive(g, &primitives, &body, 0, cage ? extras.data : "");
     bytes_print(&primitives, ",");
-    print_primitive(g, &primitives, &eyes, 1);
+    print_primitive(g, &primitives, &eyes, 1, "");
     gltf_add(g, GLTF_MESHES, "{\"name\":\"walker\",\"primitives\":[%s]}", primitives.data);
     gltf_add(g, GLTF_MATERIALS,
              "{\"name\":\"hide\",\"pbrMetallicRoughness\":{\"metallicFactor\":0,\"roughnessFactor\":0.75}}");
     gltf_add(g, GLTF_MATERIALS,
              "{\"name\":\"eye\",\"pbrMetallicRoughness\":{\"metallicFactor\":0,\"roughnessFactor\":0.15}}");
     bytes_free(&primitives);
+    bytes_free(&extras);
     skin_mesh_free(&body);
     skin_mesh_free(&eyes);
 }
@@ -228,10 +284,10 @@ static void add_clip(gltf *g, const walker_clip *clip, int still_time)
     bytes_free(&samplers);
 }
 
-bool walker_write(const char *folder)
+static bool write_one(const char *folder, const char *name, bool cage)
 {
     gltf g = {0};
-    add_mesh(&g);
+    add_mesh(&g, cage);
     add_nodes(&g);
     add_skin(&g);
     float zero = 0;
@@ -239,7 +295,12 @@ bool walker_write(const char *folder)
     int still_time = gltf_add_array(&g, &still);
     for (int c = 0; c < WALKER_CLIPS; c++)
         add_clip(&g, &walker_clips[c], still_time);
-    bool ok = gltf_save(&g, folder, "walker");
+    bool ok = gltf_save(&g, folder, name);
     gltf_free(&g);
     return ok;
+}
+
+bool walker_write(const char *folder)
+{
+    return write_one(folder, "walker", false) && write_one(folder, "walker_cage", true);
 }
