@@ -240,7 +240,7 @@ void *ecs_iter_mark(kd_iter *it, uint32_t index)
 {
     const kd_query *q = it->query;
     assert(index < q->term_count && "no such term");
-    if (!may_write(q, index))
+    if (index >= q->term_count || !may_write(q, index))
         return NULL;
     ecs_match *m = it->internal[0];
     uint32_t c = m->columns[index], first = it->next_row - it->count;

@@ -153,7 +153,8 @@ kd_status kd_query_parallel(kd_query *q, struct kd_jobs *jobs, uint64_t command_
 uint64_t kd_world_version(const kd_world *w);
 
 void ecs_iter_check(const kd_iter *it, uint32_t index, size_t size);
-/** Column of term `index` to read. */
+/** Column of term `index` to read. A term that the query does not have asserts; without assertions it must not be
+ * asked for. */
 static inline const void *kd_iter_column(const kd_iter *it, uint32_t index, size_t size)
 {
 #ifndef NDEBUG
@@ -163,7 +164,8 @@ static inline const void *kd_iter_column(const kd_iter *it, uint32_t index, size
     return it->columns[index];
 }
 void *ecs_iter_mark(kd_iter *it, uint32_t index);
-/** Column of term `index` to write; asserts that the term was declared WRITE and marks the chunk changed. */
+/** Column of term `index` to write; asserts that the term is there and declared WRITE (without assertions it
+ * gives NULL), and marks the chunk changed. */
 static inline void *kd_iter_column_mut(kd_iter *it, uint32_t index, size_t size)
 {
 #ifndef NDEBUG

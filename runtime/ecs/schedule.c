@@ -98,8 +98,7 @@ uint32_t kd_schedule_count(const kd_schedule *s)
 
 const kd_system_desc *kd_schedule_system(const kd_schedule *s, uint32_t index)
 {
-    assert(index < s->system_count);
-    return &s->systems[index].desc;
+    return index < s->system_count ? &s->systems[index].desc : NULL;
 }
 
 kd_status kd_schedule_enable(kd_schedule *s, const char *name, bool enabled)

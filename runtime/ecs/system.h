@@ -147,8 +147,8 @@ typedef struct kd_schedule_hooks {
 void kd_schedule_set_hooks(kd_schedule *s, const kd_schedule_hooks *hooks);
 
 uint32_t kd_schedule_count(const kd_schedule *s);
-const kd_system_desc *kd_schedule_system(const kd_schedule *s, uint32_t index);
-/** Ask a system how much memory its last run moved; 0 when it cannot tell. Threading: the lane, between frames. */
+const kd_system_desc *kd_schedule_system(const kd_schedule *s, uint32_t index); /* NULL: there is none */
+/** Ask a system how much memory its last run moved; 0 when it cannot tell, or is not there. Threading: the lane, between frames. */
 uint64_t kd_schedule_bytes_moved(kd_schedule *s, uint32_t index);
 
 /* ---- statistics ---- */
@@ -163,7 +163,7 @@ typedef struct kd_system_statistics {
 } kd_system_statistics;
 /** Measure times and rows from now on, or stop. Errors NO_MEMORY. Cost: some 60 ns a run, 10 ns a query. */
 kd_status kd_schedule_measure(kd_schedule *s, bool measured);
-/** Threading: between frames. */
+/** All zeros for a system that is not there. Threading: between frames. */
 kd_system_statistics kd_schedule_statistics(const kd_schedule *s, uint32_t index);
 
 /* ---- finding wrong declarations ---- */

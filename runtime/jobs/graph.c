@@ -36,7 +36,9 @@ struct kd_job_graph {
     uint32_t *next;  /* successors of all nodes */
     uint32_t *order; /* each node after its predecessors */
     uint32_t node_count, node_room, edge_count, edge_room, next_room, order_room;
-    bool sorted, failed;
+    kd_job_node stranger; /* if misused: the first node that was named without being there, */
+    uint32_t known;       /* and how many were there then */
+    bool sorted, failed, misused;
     kd_job_counter unfinished;
 };
 
@@ -88,7 +90,7 @@ static bool reserve(kd_job_graph *g, void *array, uint32_t *room, uint32_t count
 
 void kd_job_graph_clear(kd_job_graph *g) {
     g->node_count = g->edge_count = 0;
-    g->sorted = g->failed = false;
+    g->sorted = g->failed = g->misused = false;
 }
 
 kd_job_node kd_job_graph_add(kd_job_graph *g, kd_job_fn *fn, void *user) {
@@ -100,16 +102,28 @@ kd_job_node kd_job_graph_add(kd_job_graph *g, kd_job_fn *fn, void *user) {
     return g->node_count++;
 }
 
-void kd_job_graph_place(kd_job_graph *g, kd_job_node node, kd_node_place place) {
-    assert(g->failed || node < g->node_count);
+/* Is it a node? One that is not makes the run fail, unless memory is out: nodes are missing then. */
+static bool is_node(kd_job_graph *g, kd_job_node node) {
     if (node < g->node_count)
+        return true;
+    if (!g->misused) {
+        g->stranger = node;
+        g->known = g->node_count;
+    }
+    g->misused = true;
+    g->sorted = false;
+    return false;
+}
+
+void kd_job_graph_place(kd_job_graph *g, kd_job_node node, kd_node_place place) {
+    if (is_node(g, node))
         g->nodes[node].place = place;
 }
 
 void kd_job_graph_edge(kd_job_graph *g, kd_job_node before, kd_job_node after) {
-    assert(g->failed || (before < g->node_count && after < g->node_count));
     g->sorted = false;
-    if (!g->failed && reserve(g, &g->edges, &g->edge_room, g->edge_count + 1, sizeof *g->edges))
+    if (is_node(g, before) && is_node(g, after) && !g->failed &&
+        reserve(g, &g->edges, &g->edge_room, g->edge_count + 1, sizeof *g->edges))
         g->edges[g->edge_count++] = (graph_edge){before, after};
 }
 
@@ -182,6 +196,10 @@ static void find_heights(kd_job_graph *g) {
 }
 
 static kd_status sort(kd_job_graph *g) {
+    if (g->misused && !g->failed)
+        return kd_fail(KD_OUT_OF_RANGE,
+                       "job graph: node %u was named when there were %u; name what kd_job_graph_add returned",
+                       (unsigned)g->stranger, (unsigned)g->known);
     if (g->failed || !reserve(g, &g->next, &g->next_room, g->edge_count, sizeof *g->next) ||
         !reserve(g, &g->order, &g->order_room, g->node_count, sizeof *g->order))
         return kd_fail(KD_NO_MEMORY, "job graph: out of memory (%u nodes, %u edges); make it smaller",

@@ -40,7 +40,8 @@ uint32_t kd_job_graph_count(const kd_job_graph *g);
 
 /** Run every node once and wait for all. May be repeated; nodes must not change the graph.
  *
- *  Errors     KD_OUT_OF_RANGE for a circle, KD_NO_MEMORY; nothing has run then
+ *  Errors     KD_OUT_OF_RANGE for a circle and for a node that was named in an edge or a place without being
+ *             there, KD_NO_MEMORY; nothing has run then
  *  Threading  one run of a graph at a time
  *  Cost       about 20 ns a node and edge more after a change, to find the order
  */

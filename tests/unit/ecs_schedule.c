@@ -621,6 +621,19 @@ static void dot_shows_phases_edges_and_barriers(void **state)
     destroy(&f);
 }
 
+static void a_system_that_is_not_there_gives_nothing(void **state)
+{
+    (void)state;
+    fixture f = make(1);
+    for (uint32_t index = 0; index < 100000; index += 33333) {
+        assert_null(kd_schedule_system(f.schedule, index));
+        kd_system_statistics counts = kd_schedule_statistics(f.schedule, index);
+        assert_true(!counts.runs && !counts.rows && counts.median_ms == 0);
+        assert_true(kd_schedule_bytes_moved(f.schedule, index) == 0);
+    }
+    destroy(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -641,6 +654,7 @@ int main(void)
         cmocka_unit_test(systems_of_one_name_are_switched_together),
         cmocka_unit_test(add_refuses_more_systems_than_fit),
         cmocka_unit_test(dot_shows_phases_edges_and_barriers),
+        cmocka_unit_test(a_system_that_is_not_there_gives_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

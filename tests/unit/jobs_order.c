@@ -276,6 +276,39 @@ static void a_circle_is_refused_and_nothing_runs(void **state) {
     kd_jobs_destroy(jobs);
 }
 
+/* An edge from it, an edge to it, a place for it, and an edge to a node that comes only later. */
+static void a_node_that_is_not_there_is_refused_and_nothing_runs(void **state) {
+    (void)state;
+    kd_jobs *jobs = kd_jobs_make(2);
+    kd_job_graph *g = kd_job_graph_make(jobs);
+    for (int way = 0; way < 4; way++) {
+        char said[256] = "";
+        atomic_int ran = 0;
+        kd_job_graph_clear(g);
+        kd_job_node a = kd_job_graph_add(g, increment, &ran);
+        assert_int_equal(kd_job_graph_run(g), KD_OK); /* sorted once: what follows is looked at again */
+        if (way == 0)
+            kd_job_graph_edge(g, 1000000, a);
+        else if (way == 1)
+            kd_job_graph_edge(g, a, 1000000);
+        else if (way == 2)
+            kd_job_graph_place(g, 1000000, KD_NODE_LANE);
+        else
+            kd_job_graph_edge(g, a, 1);
+        kd_job_graph_add(g, increment, &ran);
+        kd_log_set_sink(ignore, said);
+        assert_int_equal(kd_job_graph_run(g), KD_OUT_OF_RANGE);
+        assert_int_equal(kd_job_graph_run(g), KD_OUT_OF_RANGE); /* it stays so */
+        kd_log_set_sink(NULL, NULL);
+        assert_non_null(strstr(said, way == 3 ? "node 1 was named" : "node 1000000 was named"));
+        assert_int_equal(ran, 1);
+    }
+    kd_job_graph_clear(g);
+    assert_int_equal(kd_job_graph_run(g), KD_OK);
+    kd_job_graph_destroy(g);
+    kd_jobs_destroy(jobs);
+}
+
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 /* Every malloc and realloc of the process shows in the heap's bytes in use, as long as nothing is freed in
  * between: the counts before and after a frame are equal, and so is the highest count. */
@@ -415,6 +448,7 @@ int main(void) {
         cmocka_unit_test(first_jobs_all_run),
         cmocka_unit_test(graphs_keep_their_order),
         cmocka_unit_test(a_circle_is_refused_and_nothing_runs),
+        cmocka_unit_test(a_node_that_is_not_there_is_refused_and_nothing_runs),
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
         cmocka_unit_test(rebuilding_a_graph_allocates_nothing),
 #endif
