@@ -179,12 +179,17 @@ template <typename Step> kd_status guarded(char *error, size_t error_size, Step 
 extern "C" int subdiv_isolation(const subdiv_cage *cage, int level)
 {
     float sharpest = static_cast<float>(level);
+    bool rounds = false; /* following creases that deep would cost too much */
     for (int i = 0; i < cage->crease_count; i++)
         if (cage->crease_sharpness[i] < SUBDIV_INFINITELY_SHARP)
-            sharpest = std::max(sharpest, cage->crease_sharpness[i]);
+            sharpest = std::max(sharpest, cage->crease_sharpness[i]), rounds |= cage->crease_sharpness[i] > 0;
     for (int i = 0; i < cage->sharp_corner_count; i++)
         if (cage->corner_sharpness[i] < SUBDIV_INFINITELY_SHARP)
-            sharpest = std::max(sharpest, cage->corner_sharpness[i]);
+            sharpest = std::max(sharpest, cage->corner_sharpness[i]), rounds |= cage->corner_sharpness[i] > 0;
+    /* Far's patches at a rounded boundary corner are right in the limit only: their error falls by 4 a level, from a tenth
+     * of the face. */
+    if (cage->boundary == SUBDIV_EDGE_ONLY && !rounds)
+        return SUBDIV_ISOLATION_CORNER;
     return std::min(static_cast<int>(std::ceil(sharpest)), std::max(level, SUBDIV_ISOLATION_MAX));
 }
 

@@ -66,6 +66,8 @@ typedef struct subdiv subdiv;
 
 /* Levels that creases which round off are followed; a sharper one is treated as if it were as sharp as this. */
 #define SUBDIV_ISOLATION_MAX 6
+/* Levels round the corners of surfaces whose boundaries round them. */
+#define SUBDIV_ISOLATION_CORNER 9
 
 /** Levels of refinement at which all points of a grid of that level are exact. */
 int subdiv_isolation(const subdiv_cage *cage, int level);
