@@ -100,7 +100,7 @@ static void run_rest(void *user, uint32_t begin, uint32_t end, uint32_t worker)
 
 static void run_all(parallel *p, kd_jobs *jobs, uint32_t lines)
 {
-    uint32_t worker = jobs ? kd_jobs_worker(jobs) : 0;
+    uint32_t worker = kd_jobs_worker(jobs);
     if (!jobs || kd_jobs_threads(jobs) == 1) {
         run_range(p, 0, lines, worker);
         return;
@@ -114,7 +114,7 @@ static void run_all(parallel *p, kd_jobs *jobs, uint32_t lines)
 /* Run the loop, and let what the caller records next come behind what its rows recorded. */
 static void run_in_order(parallel *p, kd_jobs *jobs)
 {
-    kd_commands *own = kd_world_commands(p->query->world, jobs ? kd_jobs_worker(jobs) : 0);
+    kd_commands *own = kd_world_commands(p->query->world, kd_jobs_worker(jobs));
     bool is_own = ecs_key_follows(own->key, p->key);
     p->key = is_own ? own->key : p->key;
     run_all(p, jobs, (p->total + LINE_ROWS - 1) / LINE_ROWS);

@@ -136,8 +136,8 @@ bool kd_iter_next(kd_iter *it);
 /** Called with some of the matching rows, on any worker: `rows` is used like an iterator that kd_iter_next has just
  * advanced (columns are got from it, it is not advanced). */
 typedef void kd_rows_fn(kd_iter *rows, kd_commands *commands, void *user);
-/** Visit all matching rows, shared among the workers of `jobs` (NULL: here). What is too short to gain from a second
- * thread runs on the calling one. Calls may come in any order and cut the rows anywhere: change only what belongs to
+/** Visit all matching rows, shared among the workers of `jobs` (NULL: here, as the worker that the caller runs on).
+ * What is too short to gain from a second thread runs on the calling one. Calls may come in any order and cut the rows anywhere: change only what belongs to
  * the rows, and record commands row by row, then they are merged in the order of rows at any thread count.
  *  command_key  of the commands recorded, to which the row's number is added; a system gives context->command_key. Under
  *               the key that the caller's own commands have, loops and what is recorded round them are merged in the

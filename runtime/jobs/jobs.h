@@ -64,7 +64,8 @@ void kd_jobs_set_hooks(kd_jobs *jobs, const kd_jobs_hooks *hooks);
 /** Label the loops that the calling worker starts from now on. Returns the label before. Threading: that worker. */
 uint32_t kd_jobs_set_label(kd_jobs *jobs, uint32_t worker, uint32_t label);
 
-/** Worker number of the calling thread; 0 for threads that are not workers. */
+/** Worker number of the calling thread in this pool (NULL: in the one that it belongs to); 0 for threads that are not
+ * workers. */
 uint32_t kd_jobs_worker(const kd_jobs *jobs);
 
 #define KD_GPU_LANE 0u

@@ -15,7 +15,7 @@ _Thread_local jobs_thread_record jobs_thread;
 
 uint32_t kd_jobs_worker(const kd_jobs *jobs)
 {
-    return jobs_thread.jobs == jobs ? jobs_thread.worker : 0;
+    return !jobs || jobs_thread.jobs == jobs ? jobs_thread.worker : 0;
 }
 
 uint32_t kd_jobs_threads(const kd_jobs *jobs)

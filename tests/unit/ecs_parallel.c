@@ -1,5 +1,7 @@
 /* Queries shared among workers: every row once, and the same world afterwards at any thread count. */
 
+#include <sched.h>
+
 #include "runtime/jobs/jobs.h"
 #include "tests/unit/ecs_fixture.h"
 
@@ -196,6 +198,44 @@ static void more_tables_than_usual_are_fine(void **state)
     kd_world_destroy(w);
 }
 
+typedef struct lone_loop {
+    kd_world *world;
+    kd_query *query;
+    uint32_t worker;
+    _Atomic uint32_t wrong, ended;
+} lone_loop;
+
+static void compare_buffer(kd_iter *rows, kd_commands *c, void *user)
+{
+    lone_loop *loop = user;
+    (void)rows;
+    loop->wrong += c != kd_world_commands(loop->world, loop->worker);
+}
+
+static void loop_without_pool(void *user, uint32_t worker)
+{
+    lone_loop *loop = user;
+    loop->worker = worker;
+    kd_query_parallel(loop->query, NULL, 0, compare_buffer, loop);
+    loop->ended = 1;
+}
+
+/* The buffer of worker 0 may be in use by worker 0 meanwhile. */
+static void a_loop_without_a_pool_records_for_the_worker_that_runs_it(void **state)
+{
+    (void)state;
+    kd_world *w = mixed_world(100);
+    kd_jobs *jobs = kd_jobs_make(2);
+    lone_loop loop = {.world = w, .query = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(health)}})};
+    kd_jobs_run(jobs, loop_without_pool, &loop, NULL);
+    while (!loop.ended) /* this thread, worker 0, does not help: the other one runs it */
+        sched_yield();
+    assert_int_equal(loop.worker, 1);
+    assert_int_equal(loop.wrong, 0);
+    kd_jobs_destroy(jobs);
+    kd_world_destroy(w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -203,6 +243,7 @@ int main(void)
         cmocka_unit_test(commands_give_the_same_world_at_any_thread_count),
         cmocka_unit_test(what_is_recorded_behind_a_loop_is_merged_behind_its_rows),
         cmocka_unit_test(more_tables_than_usual_are_fine),
+        cmocka_unit_test(a_loop_without_a_pool_records_for_the_worker_that_runs_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
