@@ -48,6 +48,8 @@ typedef struct skin_mesh {
 
 /** Make the body's surface: closed, triangles counter-clockwise from outside. */
 void walker_make_body(skin_mesh *mesh);
+/** Tell whether a vertex of the cage belongs to a sole. */
+bool walker_on_ground(const skin_vertex *vertex);
 /** Make a low cage of the body, for a subdivision surface. */
 void walker_make_cage(skin_mesh *mesh);
 /** Make eyes and nostrils: spheres bound to the head. */

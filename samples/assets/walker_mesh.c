@@ -16,7 +16,7 @@ typedef struct grid {
     vec3 origin;
 } grid;
 static const grid fine = {NX, NY, NZ, 0.02, {-0.26, -0.03, -0.60}};
-static const grid coarse = {11, 22, 19, 0.52 / 11, {-0.26, -0.03, -0.61}};
+static const grid coarse = {11, 23, 19, 0.52 / 11, {-0.26, -0.03 - 0.52 / 11, -0.61}};
 
 static void *grown(void *data, int *capacity, size_t size)
 {
@@ -203,16 +203,21 @@ void walker_make_body(skin_mesh *mesh)
     make_body(mesh, &fine);
 }
 
+bool walker_on_ground(const skin_vertex *vertex)
+{
+    return vertex->position[1] < (float)(coarse.step / 3);
+}
+
 /* A limit surface lies inside its cage: pushing the cage out by a seventh of a cell makes up for most of it. */
 void walker_make_cage(skin_mesh *mesh)
 {
     make_body(mesh, &coarse);
     for (int i = 0; i < mesh->vertex_count; i++) {
         skin_vertex *v = &mesh->vertices[i];
-        bool sole = v->position[1] < 1e-4f;
+        bool sole = walker_on_ground(v);
         for (int k = 0; k < 3; k++)
-            if (k != 1 || !sole) /* feet stay on the ground */
-                v->position[k] += v->normal[k] * (float)(coarse.step / 7);
+            v->position[k] += v->normal[k] * (float)(coarse.step / 7);
+        v->position[1] = sole ? 0 : v->position[1];
     }
 }
 

@@ -45,16 +45,11 @@ static void print_primitive(gltf *g, bytes *out, const skin_mesh *mesh, int mate
         position, normal, color, joints, weights, indices, material, extras);
 }
 
-static bool on_ground(const skin_mesh *mesh, int vertex)
-{
-    return mesh->vertices[vertex].position[1] < 1e-4f;
-}
-
 static bool is_sole(const skin_mesh *mesh, int quad)
 {
     bool sole = true;
     for (int k = 0; k < 4; k++)
-        sole &= on_ground(mesh, mesh->quads[quad][k]);
+        sole &= walker_on_ground(&mesh->vertices[mesh->quads[quad][k]]);
     return sole;
 }
 
