@@ -190,7 +190,8 @@ typedef struct ecs_node {
 typedef struct ecs_path {
     ecs_table *table; /* NULL: empty */
     uint32_t count, depth;
-    bool sparse; /* some value goes beside the table: its column is 0 */
+    bool sparse;  /* some value goes beside the table: its column is 0 */
+    bool repeats; /* an owning component is given twice */
     const kd_component_desc *descs[ECS_PATH_VALUES];
     kd_component_id ids[ECS_PATH_VALUES];
     uint16_t columns[ECS_PATH_VALUES];

@@ -36,14 +36,26 @@ static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t
     return a ? ecs_table_ensure(w, a, depth) : NULL;
 }
 
+/* Does component i stand among those before it? The last value counts; what an earlier one owns is released. */
+static bool is_repeated(const kd_component_id *ids, uint32_t i)
+{
+    for (uint32_t k = 0; k < i; k++)
+        if (ids[k] == ids[i])
+            return true;
+    return false;
+}
+
 static void write_row(kd_world *w, ecs_table *t, uint32_t row, const kd_component_id *ids,
                       const void **values, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         uint32_t column = ecs_column_of(t, ids[i]);
-        if (column && column != ECS_TAG_COLUMN)
-            ecs_write_value(w, ids[i], t->columns[column].data + (size_t)row * t->columns[column].size,
-                            values[i]);
+        if (!column || column == ECS_TAG_COLUMN)
+            continue;
+        void *to = t->columns[column].data + (size_t)row * t->columns[column].size;
+        if (t->archetype->hooked && is_repeated(ids, i))
+            ecs_release_value(w, ids[i], to);
+        ecs_write_value(w, ids[i], to, values[i]);
     }
 }
 
@@ -178,6 +190,7 @@ static ecs_path *path_make(kd_world *w, ecs_path *p, const kd_value *values, uin
         p->descs[i] = values[i].desc;
         p->columns[i] = (uint16_t)ecs_column_of(t, p->ids[i]);
         p->sparse |= !p->columns[i];
+        p->repeats |= t->archetype->hooked && is_repeated(p->ids, i);
     }
     p->table = t;
     return t ? p : NULL;
@@ -210,6 +223,8 @@ static kd_entity spawn_on_path(kd_world *w, const ecs_path *p, const kd_value *v
             continue; /* a tag, or beside the table */
         const ecs_column *column = &t->columns[p->columns[i]];
         void *to = column->data + (size_t)row * column->size;
+        if (p->repeats && is_repeated(p->ids, i))
+            ecs_release_value(w, p->ids[i], to);
         if (from[i])
             ecs_copy(to, from[i], column->size);
         else
@@ -257,9 +272,11 @@ kd_entity kd_spawn_child_values(kd_world *w, kd_entity parent, const kd_value *v
 }
 
 static void fill_column(kd_world *w, kd_component_id id, ecs_column *column, uint32_t row, uint32_t n,
-                        const void *values)
+                        const void *values, bool repeated)
 {
     uint8_t *to = column->data + (size_t)row * column->size;
+    for (uint32_t i = 0; i < n && repeated; i++)
+        ecs_release_value(w, id, to + (size_t)i * column->size);
     if (values)
         memmove(to, values, (size_t)n * column->size);
     else
@@ -310,7 +327,8 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
     ecs_table_stamp(w, t, first, n);
     for (uint32_t i = 0; i < component_count; i++)
         if (ecs_column_of(t, ids[i]) - 1u < ECS_TAG_COLUMN - 1)
-            fill_column(w, ids[i], &t->columns[t->column_of[ids[i]]], first, n, from[i]);
+            fill_column(w, ids[i], &t->columns[t->column_of[ids[i]]], first, n, from[i],
+                        t->archetype->hooked && is_repeated(ids, i));
         else if (w->components[ids[i]].sparse)
             fill_sparse(w, ids[i], entities + first, n, from[i]);
     if (out)

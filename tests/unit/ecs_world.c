@@ -481,6 +481,34 @@ static void values_lie_where_their_type_may_or_are_refused(void **state)
     kd_world_destroy(w);
 }
 
+#define OWNED_PAIR KD_VAL(owner, {owned(1)}), KD_VAL(owner, {owned(2)})
+
+/* By every way to spawn: a path, more values than a path has, a child, many at once, a recorded command. */
+static void spawn_releases_the_first_of_an_owning_component_given_twice(void **state)
+{
+    kd_world *w = *state;
+    enum { MANY = 40 };
+    kd_value many[MANY] = {OWNED_PAIR};
+    for (int i = 2; i < MANY; i++)
+        many[i] = KD_TAG(position);
+    owner_releases = 0;
+    kd_entity e[6];
+    e[0] = kd_spawn(w, OWNED_PAIR, KD_TAG(position));
+    e[1] = kd_spawn_values(w, many, MANY);
+    e[2] = kd_spawn_child(w, e[0], OWNED_PAIR);
+    assert_int_equal(owner_releases, 3);
+    const owner first[2] = {{owned(1)}, {owned(1)}}, second[2] = {{owned(2)}, {owned(2)}};
+    assert_int_equal(kd_spawn_n(w, 2, (const kd_component_desc *const[]){&owner_desc, &owner_desc},
+                                (const void *const[]){first, second}, 2, e + 3),
+                     KD_OK);
+    assert_int_equal(owner_releases, 5);
+    e[5] = kd_commands_spawn(kd_world_commands(w, 0), (kd_value[]){OWNED_PAIR}, 2);
+    assert_int_equal(kd_world_merge(w), KD_OK);
+    assert_int_equal(owner_releases, 6);
+    for (int i = 0; i < 6; i++)
+        assert_int_equal(*kd_find(w, e[i], owner)->memory, 2);
+}
+
 int main(void)
 {
 #define CASE(test) cmocka_unit_test_setup_teardown(test, make, drop)
@@ -494,6 +522,7 @@ int main(void)
         CASE(spawn_writes_all_values),
         CASE(spawn_without_values_makes_an_empty_entity),
         CASE(spawn_takes_the_last_of_a_component_given_twice),
+        CASE(spawn_releases_the_first_of_an_owning_component_given_twice),
         CASE(spawn_reads_values_that_lie_in_the_world),
         CASE(spawn_n_copies_columns_and_fills_defaults),
         CASE(destroyed_handle_is_dead_and_harmless),
