@@ -9,10 +9,12 @@
  *
  * A snapshot holds every entity with its handle, row, components, pairs, name, parent and place among its siblings,
  * the handles that are free, the tables in their order, and the singletons of plain data. So a restored world
- * has the same checksum, is iterated in the same order, and answers the same calls with the same handles.
+ * has the same checksum (but for transient components, which it lacks), is iterated in the same order, and
+ * answers the same calls with the same handles. A singleton of plain data that was not yet made goes back to
+ * its default value; no singleton's address changes.
  *
- * Not in it: components and singletons declared KD_COMPONENT_TRANSIENT; singletons that own something
- * (on_remove), which a restore leaves as they are; queries and their change versions (after a restore
+ * Not in it: components and singletons declared KD_COMPONENT_TRANSIENT, and singletons that own something
+ * (on_remove): a restore leaves these singletons as they are; queries and their change versions (after a restore
  * everything counts as changed). A component that owns something (on_remove) and is not transient cannot be
  * copied as bytes: writing is refused.
  *

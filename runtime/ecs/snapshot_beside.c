@@ -68,6 +68,16 @@ kd_status snapshot_walk_singletons(const snapshot_reader *in, bool write)
     return KD_OK;
 }
 
+void snapshot_reset_singletons(kd_world *w)
+{
+    for (kd_component_id id = 1; id <= kd_component_count(w); id++) {
+        const kd_component_desc *desc = w->components[id].desc;
+        void *value = kd_singleton_find(w, id);
+        if (value && !desc->on_remove && !(desc->flags & KD_COMPONENT_TRANSIENT))
+            ecs_write_value(w, id, value, NULL);
+    }
+}
+
 /* ---- sparse values and enable bits ---- */
 static kd_status read_disabled(snapshot_reader *in, kd_component_id id, uint32_t count)
 {

@@ -75,6 +75,8 @@ kd_status snapshot_read_name(snapshot_reader *in);
 kd_status snapshot_check_singletons(snapshot_reader *in);
 /** Go over the checked singletons: make room for each, or write them when nothing can fail any more. */
 kd_status snapshot_walk_singletons(const snapshot_reader *in, bool write);
+/** Give those that a snapshot may hold their default value; one that it does not hold was never asked for then. */
+void snapshot_reset_singletons(kd_world *w);
 /** `last`: component of the side (relation) before, ECS_NONE at first. */
 kd_status snapshot_read_side(snapshot_reader *in, uint32_t *last);
 kd_status snapshot_read_relation(snapshot_reader *in, uint32_t *last);

@@ -201,6 +201,7 @@ static kd_status restore(kd_world *w, const void *data, size_t size, const char 
     snapshot_drop_storage(w, &in.aside); /* the new one, in which nothing has a hook, or the old one */
     if (status)
         return status;
+    snapshot_reset_singletons(w);
     snapshot_walk_singletons(&in, true);
     ecs_structure_changed(w, "kd_snapshot_restore");
     return KD_OK;

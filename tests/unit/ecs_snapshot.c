@@ -6,6 +6,7 @@
 
 #include "runtime/ecs/snapshot.h"
 #include "runtime/ecs/snapshot_format.h"
+#include "runtime/ecs/system.h"
 #include "tests/unit/ecs_fixture.h"
 
 typedef enum mood { CALM, ANGRY } mood;
@@ -270,6 +271,41 @@ static void transient_components_stay_behind(void **state)
     kd_snapshot_fini(&s);
     kd_world_destroy(a);
     kd_world_destroy(b);
+}
+
+/* What a snapshot lacks was at its default when it was taken; caches and what owns memory are none of its business. */
+static void a_singleton_made_since_goes_back_to_its_default(void **state)
+{
+    (void)state;
+    static const kd_component_desc counter_desc = {.name = "counter",
+                                                   .size = sizeof(int),
+                                                   .align = _Alignof(int),
+                                                   .flags = KD_COMPONENT_TRANSIENT};
+    kd_world *w = populated(10);
+    kd_singleton(w, health)->now = 77;
+    kd_snapshot s = snapshot_of(w);
+    position *p = kd_singleton(w, position);
+    creature *c = kd_singleton(w, creature);
+    int *count = kd_singleton_ensure(w, &counter_desc);
+    owner *o = kd_singleton(w, owner);
+    p->x = 5;
+    c->weights[1] = 5;
+    *count = 5;
+    o->memory = owned(5);
+    kd_schedule_clock *clock = kd_singleton(w, kd_schedule_clock);
+    const kd_schedule_clock begin = *clock;
+    *clock = (kd_schedule_clock){.time_s = 9, .step_s = 8, .frame = 7};
+    kd_singleton(w, health)->now = 1;
+    assert_int_equal(kd_snapshot_restore(w, s.data, s.size), KD_OK);
+    assert_true(p == kd_singleton(w, position) && p->x == 0);
+    assert_true(c->weights[1] == 0);
+    assert_int_equal(*count, 5);
+    assert_int_equal(*o->memory, 5);
+    assert_true(clock == kd_singleton(w, kd_schedule_clock) && clock->frame == 0);
+    assert_true(clock->time_s == begin.time_s && clock->step_s == begin.step_s);
+    assert_int_equal(kd_singleton(w, health)->now, 77);
+    kd_snapshot_fini(&s);
+    kd_world_destroy(w);
 }
 
 /* ---- refusals ---- */
@@ -624,6 +660,7 @@ int main(void)
         cmocka_unit_test(an_empty_world_comes_back_empty),
         cmocka_unit_test(a_restore_releases_what_the_old_world_owned),
         cmocka_unit_test(transient_components_stay_behind),
+        cmocka_unit_test(a_singleton_made_since_goes_back_to_its_default),
         cmocka_unit_test(what_owns_memory_is_not_written),
         cmocka_unit_test(other_components_are_refused),
         cmocka_unit_test(header_at_fault_is_named),
