@@ -75,6 +75,15 @@ void kd_commands_key(kd_commands *c, uint64_t sort_key)
     c->key = sort_key;
 }
 
+/* 0, noted in the buffer, for a description that the world refuses. */
+static kd_component_id id_of(kd_commands *c, const kd_component_desc *desc)
+{
+    kd_component_id id = kd_component_ensure(c->world, desc);
+    if (!id)
+        c->failed = ecs_worse(c->failed, ecs_component_refusal(c->world, desc));
+    return id;
+}
+
 static bool bytes_reserve(kd_commands *c, size_t n)
 {
     if (n <= c->byte_capacity - c->byte_count)
@@ -82,7 +91,8 @@ static bool bytes_reserve(kd_commands *c, size_t n)
     bool done = c->byte_count + n <= UINT32_MAX &&
                 ecs_reserve(c->world, &c->bytes, &c->byte_capacity, c->byte_count,
                             c->byte_count + (uint32_t)n, 8);
-    c->failed |= !done;
+    if (!done)
+        c->failed = KD_NO_MEMORY;
     return done;
 }
 
@@ -101,7 +111,7 @@ static void *record(kd_commands *c, size_t n)
         return NULL;
     if (c->head_count == c->head_capacity && !ecs_reserve(c->world, &c->heads, &c->head_capacity, c->head_count,
                                                           c->head_count + 1, sizeof *c->heads)) {
-        c->failed = true;
+        c->failed = KD_NO_MEMORY;
         return NULL;
     }
     c->heads[c->head_count++] = (ecs_command_head){c->key, c->byte_count, c->worker};
@@ -134,9 +144,11 @@ kd_entity kd_commands_spawn(kd_commands *c, const kd_value *values, uint32_t cou
     size_t n = command_units(sizeof(command));
     assert(count <= ECS_MAX_COMPONENTS);
     for (uint32_t i = 0; i < count; i++) {
-        ids[i] = kd_component_ensure(w, values[i].desc);
-        if (!ids[i] || !ecs_needs_no_target(w, ids[i])) {
-            c->failed = true;
+        ids[i] = id_of(c, values[i].desc);
+        if (!ids[i])
+            return KD_NO_ENTITY;
+        if (!ecs_needs_no_target(w, ids[i])) {
+            c->failed = ecs_worse(c->failed, KD_UNSUPPORTED);
             return KD_NO_ENTITY;
         }
         n += value_units(w, ids[i], values[i].value);
@@ -188,12 +200,11 @@ static uint8_t *record_item(kd_commands *c, command_value value)
 kd_status kd_commands_set(kd_commands *c, kd_entity e, kd_value value)
 {
     kd_world *w = c->world;
-    kd_component_id id = kd_component_ensure(w, value.desc);
+    kd_component_id id = id_of(c, value.desc);
     uint32_t size = value.value ? w->components[id].size : 0;
     uint8_t *at = id ? record_item(c, (command_value){id, size}) : NULL;
-    c->failed |= !id;
     if (!at)
-        return KD_NO_MEMORY;
+        return id ? KD_NO_MEMORY : ecs_component_refusal(w, value.desc);
     e = lasting(w, e);
     memcpy(at, &e, sizeof e);
     if (size)
@@ -205,19 +216,17 @@ kd_status kd_commands_set(kd_commands *c, kd_entity e, kd_value value)
 
 void kd_commands_remove(kd_commands *c, kd_entity e, const kd_component_desc *desc)
 {
-    kd_component_id id = kd_component_ensure(c->world, desc);
+    kd_component_id id = id_of(c, desc);
     command *at = id ? record(c, command_units(sizeof *at)) : NULL;
-    c->failed |= !id;
     if (at)
         *at = (command){COMMAND_REMOVE, id, lasting(c->world, e)};
 }
 
 void kd_commands_enable(kd_commands *c, kd_entity e, const kd_component_desc *desc, bool enabled)
 {
-    kd_component_id id = kd_component_ensure(c->world, desc);
+    kd_component_id id = id_of(c, desc);
     command *at = id ? record(c, command_units(sizeof *at) + 1) : NULL;
     uint64_t word = enabled;
-    c->failed |= !id;
     if (!at)
         return;
     *at = (command){COMMAND_ENABLE, id, lasting(c->world, e)};
@@ -247,10 +256,9 @@ void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name)
 /* The target comes before the value. */
 void kd_commands_relate(kd_commands *c, kd_entity source, kd_value relation, kd_entity target)
 {
-    kd_component_id id = kd_component_ensure(c->world, relation.desc);
+    kd_component_id id = id_of(c, relation.desc);
     size_t n = command_units(sizeof(command)) + command_units(sizeof target);
     command *at = id ? record(c, n + value_units(c->world, id, relation.value)) : NULL;
-    c->failed |= !id;
     if (!at)
         return;
     *at = (command){COMMAND_RELATE, 1, lasting(c->world, source)};
@@ -262,9 +270,8 @@ void kd_commands_relate(kd_commands *c, kd_entity source, kd_value relation, kd_
 void kd_commands_unrelate(kd_commands *c, kd_entity source, const kd_component_desc *relation,
                           kd_entity target)
 {
-    kd_component_id id = kd_component_ensure(c->world, relation);
+    kd_component_id id = id_of(c, relation);
     command *at = id ? record(c, command_units(sizeof *at) + command_units(sizeof target)) : NULL;
-    c->failed |= !id;
     if (!at)
         return;
     *at = (command){COMMAND_UNRELATE, id, lasting(c->world, source)};

@@ -47,6 +47,13 @@ static inline size_t command_stride(const command_set *s)
     return sizeof(kd_entity) + (size_t)command_units(s->value.size) * 8;
 }
 
+/** Of the states of several commands the one to report: memory first, else the first that was refused. A command on
+ * who is dead does nothing, which is no failure. */
+static inline kd_status ecs_worse(kd_status status, kd_status next)
+{
+    return next == KD_NO_MEMORY || (!status && next != KD_NOT_FOUND) ? next : status;
+}
+
 /** Replace the pending handles in the fields of a value by those known now. */
 void ecs_commands_settle_fields(const kd_world *w, kd_component_id id, uint8_t *value);
 

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "runtime/core/log.h"
 #include "runtime/ecs/commands_format.h"
 #include "runtime/ecs/relation.h"
 
@@ -124,8 +125,7 @@ static kd_status apply_set(kd_world *w, const command_set *s)
             continue;
         }
         for (uint32_t end = n > 1 ? i + n : i + 1; i < end; i++)
-            if (apply_item(w, s, i) == KD_NO_MEMORY)
-                status = KD_NO_MEMORY;
+            status = ecs_worse(status, apply_item(w, s, i));
     }
     return status;
 }
@@ -247,23 +247,42 @@ static const command *command_at(const kd_world *w, const ecs_command_head *head
     return (const command *)(const void *)(w->commands[head->worker].bytes + (size_t)head->offset * 8);
 }
 
+static void tell_refused_parent(const kd_world *w, const command *at)
+{
+    kd_entity parent;
+    memcpy(&parent, at + 1, sizeof parent);
+    parent = kd_entity_resolve(w, parent);
+    kd_log(KD_LOG_ERROR,
+           "commands: entity %u cannot hang below entity %u, which is below it or at the greatest depth; compare "
+           "parents before recording the command (told once a merge)",
+           (unsigned)kd_entity_resolve(w, at->e).index, (unsigned)parent.index);
+}
+
 static kd_status apply_all(kd_world *w, const ecs_command_head *heads, uint32_t total)
 {
     kd_status status = KD_OK;
-    for (uint32_t i = 0; i < total; i++)
-        if (apply(w, &w->commands[heads[i].worker], command_at(w, &heads[i])) == KD_NO_MEMORY)
-            status = KD_NO_MEMORY; /* a dead entity or a cycle is no failure of the merge */
+    bool told = false;
+    for (uint32_t i = 0; i < total; i++) {
+        const command *at = command_at(w, &heads[i]);
+        kd_status one = apply(w, &w->commands[heads[i].worker], at);
+        if (one == KD_OUT_OF_RANGE && at->kind == COMMAND_PARENT && !told) {
+            tell_refused_parent(w, at);
+            told = true;
+        }
+        status = ecs_worse(status, one);
+    }
     return status;
 }
 
 kd_status kd_world_merge(kd_world *w)
 {
     uint64_t total = 0, spawns = 0;
-    bool failed = false, owned;
+    kd_status failed = KD_OK;
+    bool owned;
     for (uint32_t i = 0; i < KD_MAX_WORKERS; i++) {
         total += w->commands[i].head_count;
         spawns += w->commands[i].spawn_count;
-        failed |= w->commands[i].failed;
+        failed = ecs_worse(failed, w->commands[i].failed);
     }
     if (total > UINT32_MAX)
         return KD_TOO_LARGE;
@@ -285,11 +304,11 @@ kd_status kd_world_merge(kd_world *w)
     for (uint32_t i = 0; i < KD_MAX_WORKERS; i++) {
         w->commands[i].head_count = w->commands[i].byte_count = 0;
         w->commands[i].key = 0;
-        w->commands[i].failed = false;
+        w->commands[i].failed = KD_OK;
     }
     w->event_hold--;
     ecs_events_settle(w);
-    return failed ? KD_NO_MEMORY : status;
+    return ecs_worse(failed, status);
 }
 
 void ecs_commands_fini(kd_world *w)

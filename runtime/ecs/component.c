@@ -74,6 +74,26 @@ static bool fill_spans(kd_world *w, ecs_component *c)
     return true;
 }
 
+static bool is_mixed(const kd_component_desc *desc)
+{
+    return desc->flags & KD_COMPONENT_RELATION && desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE);
+}
+
+static bool is_possible(const kd_component_desc *desc)
+{
+    return !is_mixed(desc) && desc->align <= 64;
+}
+
+static void refuse(const kd_component_desc *desc)
+{
+    if (is_mixed(desc))
+        kd_fail(KD_UNSUPPORTED, "component %s: a relation lies beside the tables as it is and has no enable "
+                                "bits; declare it without these flags", desc->name);
+    else
+        kd_fail(KD_UNSUPPORTED, "component %s: wants its values at multiples of %u bytes; 64 is the most",
+                desc->name, desc->align);
+}
+
 /* The lock is held. */
 static kd_component_id register_component(kd_world *w, const kd_component_desc *desc)
 {
@@ -83,14 +103,8 @@ static kd_component_id register_component(kd_world *w, const kd_component_desc *
                 desc->name, ECS_MAX_COMPONENTS);
         return 0;
     }
-    if (desc->flags & KD_COMPONENT_RELATION && desc->flags & (KD_COMPONENT_SPARSE | KD_COMPONENT_TOGGLE)) {
-        kd_fail(KD_UNSUPPORTED, "component %s: a relation lies beside the tables as it is and has no enable "
-                                "bits; declare it without these flags", desc->name);
-        return 0;
-    }
-    if (desc->align > 64) {
-        kd_fail(KD_UNSUPPORTED, "component %s: wants its values at multiples of %u bytes; 64 is the most",
-                desc->name, desc->align);
+    if (!is_possible(desc)) {
+        refuse(desc);
         return 0;
     }
     ecs_component *c = &w->components[count + 1];
@@ -132,6 +146,15 @@ kd_component_id ecs_component_ensure_slow(kd_world *w, const kd_component_desc *
     }
     pthread_mutex_unlock(&w->lock);
     return id;
+}
+
+kd_status ecs_component_refusal(const kd_world *w, const kd_component_desc *desc)
+{
+    if (kd_component_find(w, desc->name))
+        return KD_BAD_FORMAT;
+    if (kd_component_count(w) == ECS_MAX_COMPONENTS)
+        return KD_TOO_LARGE;
+    return is_possible(desc) ? KD_NO_MEMORY : KD_UNSUPPORTED;
 }
 
 const kd_component_desc *kd_component_info(const kd_world *w, kd_component_id id)

@@ -245,7 +245,7 @@ typedef struct ecs_command_head {
 struct kd_commands {
     _Alignas(64) kd_world *world; /* workers record side by side: no shared cache line */
     uint32_t worker;
-    bool failed; /* memory ran out while recording */
+    kd_status failed; /* why a command could not be recorded */
     uint64_t key;
     ecs_command_head *heads;
     uint32_t head_count, head_capacity;
@@ -370,6 +370,8 @@ static inline void ecs_write_value(const kd_world *w, kd_component_id id, void *
         ecs_zero(to, c->size);
 }
 void ecs_release_value(const kd_world *w, kd_component_id id, void *value); /* runs on_remove */
+/** Why kd_component_ensure gave no id for this description: BAD_FORMAT, TOO_LARGE, UNSUPPORTED or NO_MEMORY. */
+kd_status ecs_component_refusal(const kd_world *w, const kd_component_desc *desc);
 
 /* archetype.c */
 /** The archetype of these components, ids ascending. NULL when out. */

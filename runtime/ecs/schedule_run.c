@@ -210,7 +210,7 @@ static void run_serially(kd_schedule *s)
     uint64_t random = s->seed ^ s->clock->frame * 0xD1342543DE82EF95u;
     schedule_set done = {0};
     uint32_t ready[SCHEDULE_MAX_NODES];
-    for (uint32_t left = s->node_count; left > 0 && atomic_load(&s->status) == KD_OK; left--) {
+    for (uint32_t left = s->node_count; left > 0 && atomic_load(&s->status) != KD_USAGE; left--) {
         uint32_t count = 0;
         for (uint32_t i = 0; i < s->node_count; i++)
             if (!schedule_set_has(&done, i) && is_subset(&s->nodes[i].conflicts_before, &done))

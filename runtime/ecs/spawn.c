@@ -307,7 +307,7 @@ kd_status kd_spawn_n(kd_world *w, uint32_t n, const kd_component_desc *const *de
         ids[i] = kd_component_ensure(w, descs[i]);
         from[i] = columns ? columns[i] : NULL;
         if (!ids[i])
-            return KD_NO_MEMORY;
+            return ecs_component_refusal(w, descs[i]);
         if (!ecs_needs_no_target(w, ids[i]))
             return KD_UNSUPPORTED;
     }

@@ -117,7 +117,8 @@ void kd_schedule_leave_out_gpu(kd_schedule *s);
 kd_status kd_schedule_add(kd_schedule *s, const kd_system_desc *desc);
 /** Run every init in registration order. */
 kd_status kd_schedule_init(kd_schedule *s);
-/** Run one frame: every system once, then merge commands at each phase border at which some were recorded. */
+/** Run one frame: every system once, then merge commands at each phase border at which some were recorded. Returns the
+ * first status of a merge that is not KD_OK (refused commands, no memory); the frame was run all the same. */
 kd_status kd_schedule_run(kd_schedule *s);
 /** Let a system run or not, and all of the same name. Takes effect with the next frame. Errors NOT_FOUND, with a message. */
 kd_status kd_schedule_enable(kd_schedule *s, const char *name, bool enabled);

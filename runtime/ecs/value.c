@@ -123,7 +123,10 @@ kd_status ecs_set_id(kd_world *w, kd_entity e, kd_component_id id, const void *v
 
 kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value)
 {
-    kd_status status = ecs_set_id(w, e, kd_component_ensure(w, value.desc), value.value);
+    kd_component_id id = kd_component_ensure(w, value.desc);
+    if (!id)
+        return ecs_component_refusal(w, value.desc);
+    kd_status status = ecs_set_id(w, e, id, value.value);
     ecs_events_settle(w);
     return status;
 }

@@ -177,7 +177,9 @@ void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name);
 bool kd_world_has_commands(const kd_world *w);
 /** Apply everything recorded. Called between phases by the scheduler.
  *  Errors     NO_MEMORY when a command could not be recorded or applied (all others are), or when there was no room
- *             to begin: then nothing is applied and everything waits still (kd_world_has_commands)
+ *             to begin: then nothing is applied and everything waits still (kd_world_has_commands). Else what the
+ *             direct call gives for the first command that is refused, with its message: OUT_OF_RANGE for a parent
+ *             below its child, UNSUPPORTED, BAD_FORMAT, …; all others are applied
  *  Threading  the caller owns the world */
 kd_status kd_world_merge(kd_world *w);
 

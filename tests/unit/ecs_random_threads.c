@@ -207,6 +207,12 @@ static void write_and_restore(program *p)
     kd_snapshot_fini(&s);
 }
 
+/* Circles are among what is recorded, and refused. */
+static void assert_fine(kd_status status)
+{
+    assert_true(status == KD_OK || status == KD_OUT_OF_RANGE);
+}
+
 static void step(program *p)
 {
     uint32_t op = random_below(&p->random, 16);
@@ -217,7 +223,7 @@ static void step(program *p)
     else if (op < 8)
         loop(NULL, p, op % QUERIES);
     else if (op < 11)
-        assert_int_equal(kd_schedule_run(p->schedule), KD_OK);
+        assert_fine(kd_schedule_run(p->schedule));
     else if (op == 11 && kd_entity_count(p->w) < KEEP_BELOW / 2)
         kd_instantiate(p->w, pick(p), random_below(&p->random, 2) ? pick(p) : KD_NO_ENTITY, 3, NULL);
     else if (op == 12 && p->step % 3 == 0)
@@ -231,7 +237,7 @@ static void step(program *p)
     if (kd_entity_count(p->w) > KEEP_BELOW)
         for (int i = 0; i < 100; i++)
             kd_destroy(p->w, pick(p));
-    assert_int_equal(kd_world_merge(p->w), KD_OK);
+    assert_fine(kd_world_merge(p->w));
 }
 
 typedef struct outcome {
@@ -293,5 +299,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(programs_end_the_same_with_any_number_of_threads),
     };
+    kd_log_set_sink(silent, NULL);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
