@@ -21,6 +21,29 @@ static const void *read_value(kd_world *w, uint8_t **at, kd_component_id *id)
     return head.size ? bytes : NULL;
 }
 
+/* Release a value where it was recorded, at a multiple of 8: a hook is given one at a multiple of what its type asks
+ * for. */
+static void release_recorded(kd_world *w, kd_component_id id, uint8_t *value)
+{
+    const kd_component_desc *desc = w->components[id].desc;
+    _Alignas(64) uint8_t small[1024];
+    if (!desc->on_remove)
+        return;
+    if (desc->align <= 8 || (uintptr_t)value % desc->align == 0) {
+        ecs_release_value(w, id, value);
+        return;
+    }
+    uint8_t *copy = desc->size <= sizeof small ? small : ecs_grow(w, NULL, 0, desc->size);
+    if (!copy) {
+        kd_log(KD_LOG_ERROR, "component %s: no memory to release a recorded value; what it owns is lost", desc->name);
+        return;
+    }
+    memcpy(copy, value, desc->size);
+    ecs_release_value(w, id, copy);
+    if (copy != small)
+        ecs_free(w, copy);
+}
+
 /* Values that find no place: what they own was given to the buffer, so it is released here. */
 static void drop_values(kd_world *w, uint8_t *bytes, uint32_t count)
 {
@@ -29,7 +52,7 @@ static void drop_values(kd_world *w, uint8_t *bytes, uint32_t count)
         memcpy(&head, bytes, sizeof head);
         bytes += sizeof head;
         if (head.size)
-            ecs_release_value(w, head.id, bytes);
+            release_recorded(w, head.id, bytes);
         bytes += (size_t)command_units(head.size) * 8;
     }
 }
@@ -110,7 +133,7 @@ static kd_status apply_item(kd_world *w, const command_set *s, uint32_t i)
     void *value = item_value(w, s, i);
     kd_status status = ecs_set_id(w, item_entity(s, i), s->value.id, value);
     if (status && value)
-        ecs_release_value(w, s->value.id, value);
+        release_recorded(w, s->value.id, value);
     return status;
 }
 
@@ -133,7 +156,7 @@ static kd_status apply_set(kd_world *w, const command_set *s)
 static void drop_items(kd_world *w, const command_set *s)
 {
     for (uint32_t i = 0; i < s->count && s->value.size; i++)
-        ecs_release_value(w, s->value.id, item_at(s, i) + sizeof(kd_entity));
+        release_recorded(w, s->value.id, item_at(s, i) + sizeof(kd_entity));
 }
 
 /* ---- all kinds ---- */

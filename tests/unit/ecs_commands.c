@@ -371,6 +371,48 @@ static void what_a_recorded_value_owns_is_released_once(void **state)
     assert_int_equal(owner_releases, 4);
 }
 
+typedef struct wide {
+    _Alignas(64) int *memory;
+} wide;
+typedef struct huge { /* more than a stack should hold */
+    _Alignas(64) int *memory;
+    uint8_t rest[4096];
+} huge;
+static int misaligned;
+static void wide_release(void *value, void *user)
+{
+    (void)user;
+    misaligned += (uintptr_t)value % 64 != 0;
+    free(*(int **)value);
+    owner_releases++;
+}
+static const kd_component_desc wide_desc = {
+    .name = "wide", .size = sizeof(wide), .align = _Alignof(wide), .on_remove = wide_release};
+static const kd_component_desc huge_desc = {
+    .name = "huge", .size = sizeof(huge), .align = _Alignof(huge), .on_remove = wide_release};
+
+static void hooks_of_recorded_values_see_them_aligned(void **state)
+{
+    kd_world *w = *state, *other = kd_world_make();
+    kd_commands *c = kd_world_commands(w, 0), *unmerged = kd_world_commands(other, 0);
+    kd_entity dead = kd_spawn(w, KD_TAG(position));
+    kd_destroy(w, dead);
+    owner_releases = misaligned = 0;
+    for (int i = 0; i < 8; i++) { /* a tag more before each: other addresses */
+        kd_value values[10] = {KD_VAL(wide, {owned(1)}), KD_VAL(huge, {owned(2), {0}})};
+        kd_commands_set(c, dead, KD_VAL(wide, {owned(3)}));
+        kd_commands_set(c, dead, KD_VAL(huge, {owned(4), {0}}));
+        for (int k = 0; k < i; k++)
+            kd_commands_destroy(unmerged, dead);
+        kd_commands_spawn(unmerged, values, 2);
+    }
+    assert_int_equal(kd_world_merge(w), KD_OK);
+    assert_int_equal(owner_releases, 16);
+    kd_world_destroy(other);
+    assert_int_equal(owner_releases, 32);
+    assert_int_equal(misaligned, 0);
+}
+
 static int messages;
 static char last_message[512];
 static void keep_message(void *user, kd_log_level level, const char *text)
@@ -443,6 +485,7 @@ int main(void)
         CASE(rows_lie_the_same_whether_they_moved_together_or_not),
         CASE(recording_out_of_memory_is_told_by_the_merge),
         CASE(what_a_recorded_value_owns_is_released_once),
+        CASE(hooks_of_recorded_values_see_them_aligned),
         CASE(a_circle_is_told_by_the_merge),
         CASE(a_description_that_clashes_is_told_by_the_merge),
     };
