@@ -7,9 +7,9 @@
 
 /* Plays one clip of the model that the entity is the root of. Time is a function of the simulation alone. */
 typedef struct kd_animation {
-    uint32_t clip;          /* kd_scene_store.clips entry plus one; 0: none */
-    float time_s;           /* in the clip, of the pose that comes next */
-    float speed;            /* 1 is as recorded; may be negative */
+    uint32_t clip; /* kd_scene_store.clips entry plus one; 0: none */
+    float time_s;  /* in the clip, of the pose that comes next */
+    float speed;   /* 1 is as recorded; may be negative */
     bool loop;
     bool paused;
     uint32_t model;         /* kd_scene_store.models entry plus one, set at instantiation */
@@ -23,7 +23,8 @@ typedef struct kd_animation {
 KD_COMPONENT_DECLARE(kd_animation); /* default: speed 1, loop */
 
 #define KD_ANIMATION_LAYERS 3
-/* Clips laid over the one of kd_animation on the same root, in this order: each mixes what it moves into the pose. */
+/* Clips laid over the one of kd_animation on the same root, in this order: each mixes what it moves into the
+ * pose. */
 typedef struct kd_animation_layers {
     uint32_t clip[KD_ANIMATION_LAYERS]; /* as in kd_animation; 0: none */
     float time_s[KD_ANIMATION_LAYERS];
@@ -32,7 +33,8 @@ typedef struct kd_animation_layers {
     float target[KD_ANIMATION_LAYERS]; /* weight that it fades to; a layer that has faded to 0 ends */
     float fade_s[KD_ANIMATION_LAYERS]; /* rest of that fade */
     bool loop[KD_ANIMATION_LAYERS];
-    uint32_t from[KD_ANIMATION_LAYERS]; /* node of the model, plus one, below which it moves it; 0: everywhere */
+    uint32_t
+        from[KD_ANIMATION_LAYERS]; /* node of the model, plus one, below which it moves it; 0: everywhere */
 } kd_animation_layers;
 KD_COMPONENT_DECLARE(kd_animation_layers); /* default: none */
 

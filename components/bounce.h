@@ -4,8 +4,8 @@
 #include "runtime/ecs/world.h"
 #include "runtime/gpu/gpu.h"
 
-/* Singleton: light that leaves send out again, shaders/shared/bounce.h. Made by system bounce_prepare, filled by bounce, read
- * by light_inject. */
+/* Singleton: light that leaves send out again, shaders/shared/bounce.h. Made by system bounce_prepare, filled
+ * by bounce, read by light_inject. */
 typedef struct kd_bounce {
     kd_gpu_buffer entries; /* resource "bounce"; a single entry when nothing bounces twice */
     kd_gpu_texture view;   /* of the entries, KD_UNIT_BOUNCE */

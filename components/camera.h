@@ -6,12 +6,13 @@
 #include "runtime/core/math.h"
 #include "runtime/ecs/world.h"
 
-/* A camera at the entity's world transform, looking along its -Z. The active one with the lowest entity index is used. */
+/* A camera at the entity's world transform, looking along its -Z. The active one with the lowest entity index
+ * is used. */
 typedef struct kd_camera {
     bool orthographic;
     bool inactive;
-    float fov_y;        /* rad */
-    float y_mag;        /* m, half height, orthographic */
+    float fov_y;         /* rad */
+    float y_mag;         /* m, half height, orthographic */
     float z_near, z_far; /* m */
 } kd_camera;
 KD_COMPONENT_DECLARE(kd_camera); /* default: perspective, 45 degrees, 0.05 … 200 m */

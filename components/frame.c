@@ -1,8 +1,8 @@
 #include "components/frame.h"
 
 static const char *const gi_names[] = {"cones", "none", NULL};
-static const char *const view_names[] = {"final",  "direct", "indirect", "ao",    "specular", "albedo",
-                                         "normal", "depth",  "octree", NULL};
+static const char *const view_names[] = {"final",  "direct", "indirect", "ao",     "specular",
+                                         "albedo", "normal", "depth",    "octree", NULL};
 _Static_assert(sizeof view_names / sizeof view_names[0] == KD_VIEW_MODE_COUNT + 1, "a view without a name");
 
 #define SETTING_DEFAULT(type, group, name, default_, min, max, words, unit, doc) .group##_##name = (default_),

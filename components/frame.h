@@ -8,18 +8,26 @@
 
 typedef enum kd_gi_technique { KD_GI_CONES, KD_GI_NONE } kd_gi_technique;
 typedef enum kd_view_mode {
-    KD_VIEW_FINAL, KD_VIEW_DIRECT, KD_VIEW_INDIRECT, KD_VIEW_AO, KD_VIEW_SPECULAR, KD_VIEW_ALBEDO, KD_VIEW_NORMAL,
-    KD_VIEW_DEPTH, KD_VIEW_OCTREE, KD_VIEW_MODE_COUNT
+    KD_VIEW_FINAL,
+    KD_VIEW_DIRECT,
+    KD_VIEW_INDIRECT,
+    KD_VIEW_AO,
+    KD_VIEW_SPECULAR,
+    KD_VIEW_ALBEDO,
+    KD_VIEW_NORMAL,
+    KD_VIEW_DEPTH,
+    KD_VIEW_OCTREE,
+    KD_VIEW_MODE_COUNT
 } kd_view_mode;
 
 /* Singleton: what all systems of a frame know. Written between frames by the application. */
 typedef struct kd_frame {
-    uint64_t index;        /* simulation step, from 0 */
-    double time_s;         /* index / fps */
-    float dt_s;            /* 1 / fps */
+    uint64_t index;         /* simulation step, from 0 */
+    double time_s;          /* index / fps */
+    float dt_s;             /* 1 / fps */
     uint32_t width, height; /* of the picture */
-    uint32_t gi;           /* kd_gi_technique */
-    uint32_t view;         /* kd_view_mode */
+    uint32_t gi;            /* kd_gi_technique */
+    uint32_t view;          /* kd_view_mode */
     kd_settings settings;
 } kd_frame;
 KD_COMPONENT_DECLARE(kd_frame);

@@ -11,12 +11,12 @@ typedef enum kd_light_kind { KD_DIRECTIONAL, KD_POINT, KD_SPOT } kd_light_kind;
 
 /* A light at the entity's world transform, shining along its -Z (KHR_lights_punctual). */
 typedef struct kd_light {
-    uint32_t type;     /* kd_light_kind */
-    kd_vec3 color;     /* linear */
-    float intensity;   /* lx (directional), cd (point, spot) */
-    float range;       /* m; 0: no limit */
-    float inner_cone;  /* rad, half angle */
-    float outer_cone;  /* rad, half angle */
+    uint32_t type;    /* kd_light_kind */
+    kd_vec3 color;    /* linear */
+    float intensity;  /* lx (directional), cd (point, spot) */
+    float range;      /* m; 0: no limit */
+    float inner_cone; /* rad, half angle */
+    float outer_cone; /* rad, half angle */
     bool no_shadow;
 } kd_light;
 KD_COMPONENT_DECLARE(kd_light); /* default: directional, white, 3 lx, cones 0 and pi/4 */

@@ -8,7 +8,8 @@
  * its texture is on the GPU. Blended materials are cut at an opacity of one half, since nothing is sorted. */
 struct kd_material_params kd_material_params_make(const kd_store_material *material);
 
-/** Bind a material's maps to KD_UNIT_BASE_COLOR … and its block to KD_BIND_MATERIAL. Threading: the GPU lane. */
+/** Bind a material's maps to KD_UNIT_BASE_COLOR … and its block to KD_BIND_MATERIAL. Threading: the GPU lane.
+ */
 void kd_material_bind(kd_gpu *gpu, const kd_store_material *material);
 
 #endif

@@ -6,18 +6,20 @@
 #include "runtime/core/math.h"
 #include "runtime/ecs/world.h"
 
-/* A mesh of the scene store, drawn and voxelized at the entity's world transform (at its joints, when skinned). */
+/* A mesh of the scene store, drawn and voxelized at the entity's world transform (at its joints, when
+ * skinned). */
 typedef struct kd_mesh_instance {
-    uint32_t mesh;        /* kd_scene_store.meshes */
-    bool hidden;          /* not drawn, no shadow, no voxels */
-    bool no_shadow;       /* casts no shadow */
-    bool no_voxels;       /* does not enter the voxel scene */
-    uint32_t material;    /* of every primitive instead of its own, plus one; 0: none */
-    uint32_t deformed;    /* kd_scene_store.deformed entry plus one; 0: rigid. Set by the scene system */
+    uint32_t mesh;     /* kd_scene_store.meshes */
+    bool hidden;       /* not drawn, no shadow, no voxels */
+    bool no_shadow;    /* casts no shadow */
+    bool no_voxels;    /* does not enter the voxel scene */
+    uint32_t material; /* of every primitive instead of its own, plus one; 0: none */
+    uint32_t deformed; /* kd_scene_store.deformed entry plus one; 0: rigid. Set by the scene system */
 } kd_mesh_instance;
 KD_COMPONENT_DECLARE(kd_mesh_instance);
 
-/* The joints of a skinned mesh: a skin of the scene store and where its joint entities start in the store's list. */
+/* The joints of a skinned mesh: a skin of the scene store and where its joint entities start in the store's
+ * list. */
 typedef struct kd_skin_instance {
     uint32_t skin;         /* kd_scene_store.skins */
     uint32_t first_joint;  /* kd_scene_store.joint_entities, one entry a joint */

@@ -1,14 +1,14 @@
 #ifndef KD_COMPONENTS_RENDER_TARGETS_H
 #define KD_COMPONENTS_RENDER_TARGETS_H
 
-/* Singletons: the textures by which the systems that make a picture meet. Each is (re)made by the system named when the
- * picture's size changes. Textures are bound to the units of shaders/shared/bindings.h. */
+/* Singletons: the textures by which the systems that make a picture meet. Each is (re)made by the system
+ * named when the picture's size changes. Textures are bound to the units of shaders/shared/bindings.h. */
 
 #include "runtime/ecs/world.h"
 #include "runtime/gpu/gpu.h"
 
-/* Resource "gbuffer", system geometry. Read in shaders through shaders/include/gbuffer.glsl. Row 0 is the bottom of the
- * picture here and in kd_gi_targets; resolve turns it round. */
+/* Resource "gbuffer", system geometry. Read in shaders through shaders/include/gbuffer.glsl. Row 0 is the
+ * bottom of the picture here and in kd_gi_targets; resolve turns it round. */
 typedef struct kd_gbuffer {
     kd_gpu_texture albedo, normal, material, emissive, depth;
     kd_gpu_target target;
@@ -16,12 +16,13 @@ typedef struct kd_gbuffer {
 } kd_gbuffer;
 KD_COMPONENT_DECLARE(kd_gbuffer);
 
-/* Resource "shadow.maps", system shadow; "lights.uniform", system lights. Read through shaders/include/lights.glsl. */
+/* Resource "shadow.maps", system shadow; "lights.uniform", system lights. Read through
+ * shaders/include/lights.glsl. */
 typedef struct kd_lighting {
-    kd_gpu_buffer view;        /* kd_view_params, uniform block KD_BIND_VIEW */
-    kd_gpu_buffer lights;      /* kd_lights_params, uniform block KD_BIND_LIGHTS */
+    kd_gpu_buffer view;                             /* kd_view_params, uniform block KD_BIND_VIEW */
+    kd_gpu_buffer lights;                           /* kd_lights_params, uniform block KD_BIND_LIGHTS */
     kd_gpu_texture shadow_directional, shadow_spot; /* depth arrays, units KD_UNIT_SHADOW_* */
-    uint32_t light_count, directional_count; /* directional lights come first */
+    uint32_t light_count, directional_count;        /* directional lights come first */
     float power; /* of all lights: sum of intensity times luminance of colour, lx and cd alike */
     void *internal;
 } kd_lighting;
@@ -29,16 +30,18 @@ KD_COMPONENT_DECLARE(kd_lighting);
 
 /* Resource "gi", system gather, full picture size. */
 typedef struct kd_gi_targets {
-    kd_gpu_texture diffuse;    /* RGBA16F: rgb irradiance / pi arriving at the pixel's surface, a: ambient visibility 0 … 1 */
-    kd_gpu_texture specular;   /* RGBA16F: rgb radiance arriving along the mirror direction, filtered by roughness */
+    kd_gpu_texture diffuse; /* RGBA16F: rgb irradiance / pi arriving at the pixel's surface, a: ambient
+                               visibility 0 … 1 */
+    kd_gpu_texture
+        specular; /* RGBA16F: rgb radiance arriving along the mirror direction, filtered by roughness */
     uint32_t width, height;
 } kd_gi_targets;
 KD_COMPONENT_DECLARE(kd_gi_targets);
 
 /* Resource "picture", system resolve. */
 typedef struct kd_picture {
-    kd_gpu_texture hdr;        /* RGBA16F linear radiance of the chosen view, row 0 on top */
-    kd_gpu_texture ldr;        /* RGBA8, sRGB encoded, row 0 on top: what is saved and shown */
+    kd_gpu_texture hdr; /* RGBA16F linear radiance of the chosen view, row 0 on top */
+    kd_gpu_texture ldr; /* RGBA8, sRGB encoded, row 0 on top: what is saved and shown */
     uint32_t width, height;
 } kd_picture;
 KD_COMPONENT_DECLARE(kd_picture);

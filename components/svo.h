@@ -1,13 +1,16 @@
 #ifndef KD_COMPONENTS_SVO_H
 #define KD_COMPONENTS_SVO_H
 
-/* Singleton: the octree of this frame while it is being built. What the tracer reads of it is kd_tree (render_targets.h).
+/* Singleton: the octree of this frame while it is being built. What the tracer reads of it is kd_tree
+ * (render_targets.h).
  *
- * Levels are counted by cells of a cascade: level L has 2^L cells along an edge. Level 6 is dense, levels 7 … leaf_level - 1
- * are sparse nodes, leaves are at leaf_level. Nodes of all cascades share one numbering a level. A node keeps its number as
- * long as it is occupied, so what is known of it can stay where it is; in a tree made at once numbers follow the codes.
+ * Levels are counted by cells of a cascade: level L has 2^L cells along an edge. Level 6 is dense, levels 7 …
+ * leaf_level - 1 are sparse nodes, leaves are at leaf_level. Nodes of all cascades share one numbering a
+ * level. A node keeps its number as long as it is occupied, so what is known of it can stay where it is; in a
+ * tree made at once numbers follow the codes.
  *
- * Cells are kept under wrapped places: the world's cell number modulo the resolution (shaders/include/tree_params.glsl). */
+ * Cells are kept under wrapped places: the world's cell number modulo the resolution
+ * (shaders/include/tree_params.glsl). */
 
 #include <stdbool.h>
 
@@ -26,24 +29,25 @@ typedef struct kd_svo {
     uint32_t sum_capacity, dynamic_capacity; /* cells */
     uint32_t dynamic_room;                   /* dynamic cells that are in use; ranks beyond have no cell */
     bool failed;                             /* no memory for it: there is no indirect light */
-    bool touched_only;                       /* lights are as they were: leaves of touched parents alone may change */
-    uint32_t current;                        /* which of the two level masks is this frame's */
-    struct kd_svo_places places;             /* in the book */
+    bool touched_only;           /* lights are as they were: leaves of touched parents alone may change */
+    uint32_t current;            /* which of the two level masks is this frame's */
+    struct kd_svo_places places; /* in the book */
 
-    kd_gpu_buffer uniform;                   /* "tree.uniform": kd_tree_params */
-    kd_gpu_buffer masks;                     /* "svo.masks": leaf cells, static layer then dynamic layer */
-    kd_gpu_buffer ranks;                     /* "svo.ranks": of the dynamic layer */
-    kd_gpu_buffer fresh;                     /* static cells that are built anew: mask, then ranks */
-    kd_gpu_buffer level_masks[2];            /* "svo.levels": both layers joined, this frame's and the last's */
-    kd_gpu_buffer touched;                   /* bits of leaf parents: touched, then those with dynamic cells */
-    kd_gpu_buffer diff, diff_ranks;          /* of the level at hand */
-    kd_gpu_buffer book;                      /* "svo.book": kd_svo_places */
-    kd_gpu_buffer counters;                  /* KD_COUNT_*, KD_ARGS_* */
-    kd_gpu_buffer sums;                      /* of the layer being added up */
-    kd_gpu_buffer static_surface, static_emission; /* "svo.cells": static cells, eight siblings at a time as leaves are */
-    kd_gpu_buffer dynamic_cells;             /* in the order of their mask bits */
+    kd_gpu_buffer uniform;          /* "tree.uniform": kd_tree_params */
+    kd_gpu_buffer masks;            /* "svo.masks": leaf cells, static layer then dynamic layer */
+    kd_gpu_buffer ranks;            /* "svo.ranks": of the dynamic layer */
+    kd_gpu_buffer fresh;            /* static cells that are built anew: mask, then ranks */
+    kd_gpu_buffer level_masks[2];   /* "svo.levels": both layers joined, this frame's and the last's */
+    kd_gpu_buffer touched;          /* bits of leaf parents: touched, then those with dynamic cells */
+    kd_gpu_buffer diff, diff_ranks; /* of the level at hand */
+    kd_gpu_buffer book;             /* "svo.book": kd_svo_places */
+    kd_gpu_buffer counters;         /* KD_COUNT_*, KD_ARGS_* */
+    kd_gpu_buffer sums;             /* of the layer being added up */
+    kd_gpu_buffer static_surface,
+        static_emission;         /* "svo.cells": static cells, eight siblings at a time as leaves are */
+    kd_gpu_buffer dynamic_cells; /* in the order of their mask bits */
     kd_gpu_buffer index, nodes, leaves, data; /* "tree.nodes", "tree.leaves", "tree.data" */
-    kd_gpu_texture atlas;                    /* "tree.radiance" */
+    kd_gpu_texture atlas;                     /* "tree.radiance" */
 } kd_svo;
 KD_COMPONENT_DECLARE(kd_svo);
 

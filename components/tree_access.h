@@ -3,14 +3,15 @@
 
 #include "components/render_targets.h"
 
-/* A program that samples the octree (shaders/include/tree.glsl): compiled for a number of sparse levels, so that its
- * descents have a fixed length. */
+/* A program that samples the octree (shaders/include/tree.glsl): compiled for a number of sparse levels, so
+ * that its descents have a fixed length. */
 typedef struct kd_tree_program {
     kd_gpu_program program;
     uint32_t sparse_levels; /* 0: not compiled yet */
 } kd_tree_program;
 
-/** Compile `path` for the tree as it is now, unless that is done. Returns false when the program failed. Threading: GPU lane */
+/** Compile `path` for the tree as it is now, unless that is done. Returns false when the program failed.
+ * Threading: GPU lane */
 bool kd_tree_fit_program(kd_gpu *gpu, const kd_tree *tree, const char *path, kd_tree_program *program);
 
 /** Bind the tree's uniform block and textures to KD_BIND_TREE and KD_UNIT_TREE_*. Threading: GPU lane */

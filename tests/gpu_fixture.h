@@ -27,19 +27,22 @@ static char fixture_files[FIXTURE_MAX_FILES][160];
 static int fixture_file_count;
 static char fixture_text[16384]; /* what was logged */
 
-static inline void fixture_log(void *user, kd_log_level level, const char *text) {
+static inline void fixture_log(void *user, kd_log_level level, const char *text)
+{
     size_t used = strlen(fixture_text);
     (void)user;
     if (level >= KD_LOG_WARNING)
         snprintf(fixture_text + used, sizeof fixture_text - used, "%s\n", text);
 }
 
-static inline bool fixture_logged(const char *text) {
+static inline bool fixture_logged(const char *text)
+{
     return strstr(fixture_text, text) != NULL;
 }
 
 /* Write a file of shaders/t/ below the folder. */
-static inline void fixture_write(const char *name, const char *text) {
+static inline void fixture_write(const char *name, const char *text)
+{
     char *path = fixture_files[fixture_file_count];
     assert_true(fixture_file_count < FIXTURE_MAX_FILES);
     snprintf(path, sizeof fixture_files[0], "%s/shaders/t/%s", fixture_folder, name);
@@ -50,7 +53,8 @@ static inline void fixture_write(const char *name, const char *text) {
     fixture_file_count++;
 }
 
-static inline void fixture_init(void) {
+static inline void fixture_init(void)
+{
     char path[128];
     fixture_file_count = 0;
     fixture_text[0] = '\0';
@@ -64,7 +68,8 @@ static inline void fixture_init(void) {
     kd_log_set_sink(fixture_log, NULL);
 }
 
-static inline void fixture_fini(void) {
+static inline void fixture_fini(void)
+{
     char path[128];
     for (int i = 0; i < fixture_file_count; i++)
         unlink(fixture_files[i]);
@@ -76,7 +81,8 @@ static inline void fixture_fini(void) {
     kd_log_set_sink(NULL, NULL);
 }
 
-static inline int fixture_setup(void **state) {
+static inline int fixture_setup(void **state)
+{
     kd_gpu *gpu = NULL;
     fixture_init();
     if (kd_gpu_open(&(kd_gpu_desc){.debug = true}, &gpu) != KD_OK) {
@@ -88,14 +94,16 @@ static inline int fixture_setup(void **state) {
     return 0;
 }
 
-static inline int fixture_teardown(void **state) {
+static inline int fixture_teardown(void **state)
+{
     kd_gpu_close(*state);
     fixture_fini();
     return 0;
 }
 
 /* Tests in which nothing may fail end with this. */
-static inline void fixture_assert_clean(kd_gpu *gpu) {
+static inline void fixture_assert_clean(kd_gpu *gpu)
+{
     kd_gpu_end_frame(gpu);
     if (kd_gpu_failed(gpu))
         fail_msg("the device failed: %s", fixture_text);

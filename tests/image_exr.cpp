@@ -6,7 +6,8 @@
 
 #include <tinyexr.h>
 
-static float *decode(const void *data, size_t size, uint32_t *width, uint32_t *height) {
+static float *decode(const void *data, size_t size, uint32_t *width, uint32_t *height)
+{
     float *rgba = nullptr;
     int w = 0, h = 0;
     const char *error = nullptr;
@@ -24,7 +25,8 @@ static float *decode(const void *data, size_t size, uint32_t *width, uint32_t *h
     return rgba;
 }
 
-float *image_exr_decode(const void *data, size_t size, uint32_t *width, uint32_t *height) {
+float *image_exr_decode(const void *data, size_t size, uint32_t *width, uint32_t *height)
+{
     try {
         return decode(data, size, width, height);
     } catch (const std::exception &) {

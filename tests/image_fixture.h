@@ -32,14 +32,16 @@ static char image_message[1024]; /* the last line that the program wrote to stan
 
 /* ---- files ---- */
 
-static int image_setup(void **state) {
+static int image_setup(void **state)
+{
     (void)state;
     snprintf(image_folder, sizeof image_folder, "/tmp/kandil_image_XXXXXX");
     return mkdtemp(image_folder) ? 0 : -1;
 }
 
 /* The pictures go, unless KD_KEEP_PICTURES is set: then someone wants to look at them. */
-static int image_teardown(void **state) {
+static int image_teardown(void **state)
+{
     char command[96];
     (void)state;
     if (getenv("KD_KEEP_PICTURES"))
@@ -49,7 +51,8 @@ static int image_teardown(void **state) {
 }
 
 /* A path in the test's folder; four can be in use at a time. */
-static inline const char *image_path(const char *name) {
+static inline const char *image_path(const char *name)
+{
     static char paths[4][256];
     static unsigned next;
     char *path = paths[next++ % 4];
@@ -59,7 +62,8 @@ static inline const char *image_path(const char *name) {
 
 /* Write scenario `name` from a format. Returns its path. */
 __attribute__((format(printf, 2, 3))) static inline const char *image_scenario(const char *name,
-                                                                               const char *format, ...) {
+                                                                               const char *format, ...)
+{
     static char text[16384];
     va_list arguments;
     va_start(arguments, format);
@@ -72,7 +76,8 @@ __attribute__((format(printf, 2, 3))) static inline const char *image_scenario(c
 
 /* ---- the program ---- */
 
-static inline int image_run_all(const char *const *arguments) {
+static inline int image_run_all(const char *const *arguments)
+{
     const char *argv[48] = {KD_BINARY_DIR "/kandil"};
     app_child child = {0};
     for (size_t i = 0; arguments[i]; i++) {
@@ -96,7 +101,8 @@ static inline int image_run_all(const char *const *arguments) {
 
 /* ---- reading ---- */
 
-static inline image image_read_png(const char *path) {
+static inline image image_read_png(const char *path)
+{
     struct spng_ihdr header;
     void *data;
     size_t size, bytes;
@@ -118,7 +124,8 @@ static inline image image_read_png(const char *path) {
     return picture;
 }
 
-static inline image image_read_exr(const char *path) {
+static inline image image_read_exr(const char *path)
+{
     image picture = {0};
     void *data;
     size_t size;
@@ -129,17 +136,20 @@ static inline image image_read_exr(const char *path) {
     return picture;
 }
 
-static inline image image_read(const char *name) {
+static inline image image_read(const char *name)
+{
     const char *path = image_path(name);
     return kd_path_has_extension(path, ".png") ? image_read_png(path) : image_read_exr(path);
 }
 
-static inline void image_free(image *picture) {
+static inline void image_free(image *picture)
+{
     free(picture->rgb);
     *picture = (image){0};
 }
 
-static inline void assert_same_file(const char *a, const char *b) {
+static inline void assert_same_file(const char *a, const char *b)
+{
     void *data[2];
     size_t size[2];
     assert_int_equal(kd_file_read(image_path(a), KD_FILE_NO_LIMIT, &data[0], &size[0]), KD_OK);
@@ -152,17 +162,20 @@ static inline void assert_same_file(const char *a, const char *b) {
 
 /* ---- numbers ---- */
 
-static inline size_t image_count(image p) {
+static inline size_t image_count(image p)
+{
     return (size_t)p.width * p.height * 3;
 }
 
-static inline const float *image_at(image p, uint32_t x, uint32_t y) {
+static inline const float *image_at(image p, uint32_t x, uint32_t y)
+{
     assert_true(x < p.width && y < p.height);
     return p.rgb + ((size_t)y * p.width + x) * 3;
 }
 
 /* Mean of one channel over the pixels x0 <= x < x1, y0 <= y < y1. */
-static inline double image_mean(image p, int channel, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1) {
+static inline double image_mean(image p, int channel, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
+{
     double sum = 0;
     for (uint32_t y = y0; y < y1; y++)
         for (uint32_t x = x0; x < x1; x++)
@@ -170,24 +183,28 @@ static inline double image_mean(image p, int channel, uint32_t x0, uint32_t y0, 
     return sum / ((double)(x1 - x0) * (y1 - y0));
 }
 
-static inline double image_mean_all(image p) {
+static inline double image_mean_all(image p)
+{
     double sum = 0;
     for (size_t i = 0; i < image_count(p); i++)
         sum += (double)p.rgb[i];
     return sum / (double)image_count(p);
 }
 
-static inline void assert_double_above(double value, double bound) {
+static inline void assert_double_above(double value, double bound)
+{
     if (!(value > bound))
         fail_msg("%g is not above %g", value, bound);
 }
 
-static inline void assert_double_below(double value, double bound) {
+static inline void assert_double_below(double value, double bound)
+{
     if (!(value < bound))
         fail_msg("%g is not below %g", value, bound);
 }
 
-static inline void assert_double_near(double value, double wanted, double tolerance) {
+static inline void assert_double_near(double value, double wanted, double tolerance)
+{
     if (!(fabs(value - wanted) <= tolerance))
         fail_msg("%g is not within %g of %g", value, tolerance, wanted);
 }
@@ -196,12 +213,14 @@ typedef struct image_error {
     double mean, p99, max; /* of the absolute difference of texels' channels */
 } image_error;
 
-static inline int image_compare_doubles(const void *a, const void *b) {
+static inline int image_compare_doubles(const void *a, const void *b)
+{
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
-static inline image_error image_difference(image a, image b) {
+static inline image_error image_difference(image a, image b)
+{
     size_t n = image_count(a);
     image_error e = {0};
     double *all = malloc(n * sizeof *all);
@@ -216,7 +235,8 @@ static inline image_error image_difference(image a, image b) {
     return e;
 }
 
-static inline bool image_is_constant(image p) {
+static inline bool image_is_constant(image p)
+{
     for (size_t i = 3; i < image_count(p); i++)
         if (p.rgb[i] != p.rgb[i % 3])
             return false;

@@ -41,8 +41,9 @@ extern "C" int osd_limit(const subdiv_cage *cage, int level, const float *cage_p
     d.cornerVertexIndices = cage->sharp_corners;
     d.cornerWeights = cage->corner_sharpness;
     Sdc::Options rules;
-    rules.SetVtxBoundaryInterpolation(cage->boundary == SUBDIV_EDGE_ONLY ? Sdc::Options::VTX_BOUNDARY_EDGE_ONLY
-                                                                         : Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
+    rules.SetVtxBoundaryInterpolation(cage->boundary == SUBDIV_EDGE_ONLY
+                                          ? Sdc::Options::VTX_BOUNDARY_EDGE_ONLY
+                                          : Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
     using factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
     std::unique_ptr<Far::TopologyRefiner> refiner(
         factory::Create(d, factory::Options(cage->loop ? Sdc::SCHEME_LOOP : Sdc::SCHEME_CATMARK, rules)));

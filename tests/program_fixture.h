@@ -31,19 +31,21 @@ typedef struct program {
     pid_t pid;       /* 0: none runs here */
     double deadline; /* on the monotonic clock [s] */
     bool timed_out;
-    int code;        /* exit code, or 1000 + the signal that ended it */
+    int code; /* exit code, or 1000 + the signal that ended it */
     char said_path[128];
     char said[8192]; /* standard error, cut at the buffer's end */
 } program;
 
-static inline double program_clock_s(void) {
+static inline double program_clock_s(void)
+{
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 /* Start `kandil` with argv[1…]; standard error goes to said_path, standard output nowhere. */
-static inline bool program_start(program *p, const char *said_path, const char *const *argv, double limit_s) {
+static inline bool program_start(program *p, const char *said_path, const char *const *argv, double limit_s)
+{
     *p = (program){.deadline = program_clock_s() + limit_s};
     snprintf(p->said_path, sizeof p->said_path, "%s", said_path);
     p->pid = fork();
@@ -63,7 +65,8 @@ static inline bool program_start(program *p, const char *said_path, const char *
 }
 
 /* True once it has ended; one beyond its limit is killed. */
-static inline bool program_poll(program *p) {
+static inline bool program_poll(program *p)
+{
     int state = 0;
     pid_t done = waitpid(p->pid, &state, WNOHANG);
     if (done == 0 && program_clock_s() > p->deadline) {
@@ -84,19 +87,22 @@ static inline bool program_poll(program *p) {
     return true;
 }
 
-static inline void program_wait(program *p) {
+static inline void program_wait(program *p)
+{
     while (!program_poll(p))
         nanosleep(&(struct timespec){.tv_nsec = 5000000}, NULL);
 }
 
 /* One line that starts with the program's name and mentions `about`. */
-static inline bool program_said_one_line(const program *p, const char *about) {
+static inline bool program_said_one_line(const program *p, const char *about)
+{
     const char *newline = strchr(p->said, '\n');
     return strncmp(p->said, "kandil: ", 8) == 0 && newline && !newline[1] && strstr(p->said, about);
 }
 
 /* Nothing but warnings of ours: `kandil: warning: …`, a line each. */
-static inline bool program_said_only_warnings(const program *p) {
+static inline bool program_said_only_warnings(const program *p)
+{
     const char *line = p->said;
     while (*line) {
         const char *newline = strchr(line, '\n');

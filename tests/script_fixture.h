@@ -94,14 +94,16 @@ static char fixture_folder[64];
 static kd_script_spawn fixture_spawned;
 static char fixture_model[4096], fixture_played[64];
 
-static inline void fixture_sink(void *user, kd_log_level level, const char *text) {
+static inline void fixture_sink(void *user, kd_log_level level, const char *text)
+{
     (void)user;
     snprintf(level == KD_LOG_ERROR ? fixture_message : fixture_said, sizeof fixture_message, "%s", text);
     fixture_errors += level == KD_LOG_ERROR;
 }
 
 static inline kd_status fixture_spawn(void *user, const kd_script_spawn *spawn, kd_entity *out,
-                                      kd_script_error *error) {
+                                      kd_script_error *error)
+{
     kd_world *w = user;
     fixture_spawned = *spawn;
     snprintf(fixture_model, sizeof fixture_model, "%s", spawn->model ? spawn->model : "");
@@ -110,14 +112,15 @@ static inline kd_status fixture_spawn(void *user, const kd_script_spawn *spawn, 
         return KD_BAD_FORMAT;
     }
     bool bare = spawn->name && strcmp(spawn->name, "bare") == 0;
-    *out = kd_spawn_values(
-        w, (const kd_value[]){{&fixture_transform_desc, NULL}, {&fixture_part_desc, NULL}}, bare ? 1 : 2);
+    *out = kd_spawn_values(w, (const kd_value[]){{&fixture_transform_desc, NULL}, {&fixture_part_desc, NULL}},
+                           bare ? 1 : 2);
     kd_set_name(w, *out, spawn->name);
     return spawn->parent.generation ? kd_set_parent(w, *out, spawn->parent) : KD_OK;
 }
 
 static inline kd_status fixture_play(void *user, kd_entity entity, const kd_script_play *play,
-                                     kd_script_error *error) {
+                                     kd_script_error *error)
+{
     (void)user;
     (void)entity;
     (void)error;
@@ -126,12 +129,16 @@ static inline kd_status fixture_play(void *user, kd_entity entity, const kd_scri
     size_t used = strlen(fixture_played);
     if (play->layer)
         snprintf(fixture_played + used, sizeof fixture_played - used, " layer %u %g %s", play->layer,
-                 (double)play->weight, play->stop ? "stop" : play->from ? play->from : "-");
+                 (double)play->weight,
+                 play->stop   ? "stop"
+                 : play->from ? play->from
+                              : "-");
     return KD_OK;
 }
 
 static inline kd_status fixture_find_clip(void *user, kd_entity entity, const char *clip, uint32_t *number,
-                                          float *length_s, kd_script_error *error) {
+                                          float *length_s, kd_script_error *error)
+{
     (void)user;
     (void)entity;
     *number = 1;
@@ -142,12 +149,14 @@ static inline kd_status fixture_find_clip(void *user, kd_entity entity, const ch
     return KD_NOT_FOUND;
 }
 
-static inline bool fixture_may_write(void *user, const char *component, const char *field) {
+static inline bool fixture_may_write(void *user, const char *component, const char *field)
+{
     (void)user;
     return strcmp(component, "part") != 0 || strcmp(field, "store") != 0;
 }
 
-static inline kd_world *fixture_world(void) {
+static inline kd_world *fixture_world(void)
+{
     kd_world *w = kd_world_make();
     kd_component_ensure(w, &fixture_transform_desc);
     kd_component_ensure(w, &fixture_light_desc);
@@ -156,7 +165,8 @@ static inline kd_world *fixture_world(void) {
     return w;
 }
 
-static inline void fixture_write(const char *name, const void *data, size_t size) {
+static inline void fixture_write(const char *name, const void *data, size_t size)
+{
     char path[128];
     snprintf(path, sizeof path, "%s/%s", fixture_folder, name);
     FILE *file = fopen(path, "wb");
@@ -164,14 +174,16 @@ static inline void fixture_write(const char *name, const void *data, size_t size
         abort();
 }
 
-static inline int fixture_open(void **state) {
+static inline int fixture_open(void **state)
+{
     (void)state;
     strcpy(fixture_folder, "/tmp/kandil-script-XXXXXX");
     kd_log_set_sink(fixture_sink, NULL);
     return mkdtemp(fixture_folder) ? 0 : -1;
 }
 
-static inline int fixture_close(void **state) {
+static inline int fixture_close(void **state)
+{
     char command[128];
     (void)state;
     snprintf(command, sizeof command, "rm -rf '%s'", fixture_folder);
@@ -179,7 +191,8 @@ static inline int fixture_close(void **state) {
 }
 
 /* Load a scenario from text, with limits that a test can wait for. */
-static inline kd_status fixture_load(kd_world *w, const char *text, kd_script **out) {
+static inline kd_status fixture_load(kd_world *w, const char *text, kd_script **out)
+{
     char path[128];
     fixture_write("scene.lua", text, strlen(text));
     snprintf(path, sizeof path, "%s/scene.lua", fixture_folder);

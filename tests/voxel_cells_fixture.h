@@ -15,7 +15,8 @@ typedef struct cells {
     const kd_voxel_cache *cache;
 } cells;
 
-static inline size_t cell_at(const cells *c, const int64_t cell[3]) {
+static inline size_t cell_at(const cells *c, const int64_t cell[3])
+{
     size_t at = 0;
     for (int k = 2; k >= 0; k--) {
         assert_true(cell[k] >= c->low[k] && cell[k] < c->low[k] + (int64_t)c->size[k]);
@@ -24,11 +25,13 @@ static inline size_t cell_at(const cells *c, const int64_t cell[3]) {
     return at;
 }
 
-static inline int64_t chunk_corner(const cells *c, const kd_voxel_chunk *chunk, int k) {
+static inline int64_t chunk_corner(const cells *c, const kd_voxel_chunk *chunk, int k)
+{
     return llroundf(((&chunk->origin.x)[k] - (&c->cache->phase.x)[k]) / chunk->span);
 }
 
-static inline void lattice_of(cells *c, const kd_voxel_scene *scene) {
+static inline void lattice_of(cells *c, const kd_voxel_scene *scene)
+{
     int64_t high[3];
     for (int k = 0; k < 3; k++) {
         c->low[k] = INT64_MAX;
@@ -44,7 +47,8 @@ static inline void lattice_of(cells *c, const kd_voxel_scene *scene) {
     }
 }
 
-static inline cells read_cells(voxel_world *v, uint32_t object) {
+static inline cells read_cells(voxel_world *v, uint32_t object)
+{
     const kd_voxel_scene *scene = voxel_scene(v);
     cells c = {.cache = &scene->caches[scene->objects[object].caches[0] - 1]};
     lattice_of(&c, scene);
@@ -70,7 +74,8 @@ static inline cells read_cells(voxel_world *v, uint32_t object) {
     return c;
 }
 
-static inline void free_cells(cells *c) {
+static inline void free_cells(cells *c)
+{
     free(c->wall);
     free(c->voxel);
     free(c->shape);

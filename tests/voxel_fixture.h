@@ -29,14 +29,16 @@
 static kd_gpu *voxel_gpu;
 static char voxel_warnings[4096];
 
-static inline void voxel_log(void *user, kd_log_level level, const char *text) {
+static inline void voxel_log(void *user, kd_log_level level, const char *text)
+{
     size_t used = strlen(voxel_warnings);
     (void)user;
     if (level >= KD_LOG_WARNING)
         snprintf(voxel_warnings + used, sizeof voxel_warnings - used, "%s\n", text);
 }
 
-static inline int voxel_group_setup(void **state) {
+static inline int voxel_group_setup(void **state)
+{
     (void)state;
     setenv("KANDIL_SHADER_DIR", KD_SOURCE_DIR, 1); /* tests have shaders of their own */
     kd_log_set_sink(voxel_log, NULL);
@@ -47,7 +49,8 @@ static inline int voxel_group_setup(void **state) {
     return 0;
 }
 
-static inline int voxel_group_teardown(void **state) {
+static inline int voxel_group_teardown(void **state)
+{
     (void)state;
     kd_gpu_close(voxel_gpu);
     kd_log_set_sink(NULL, NULL);
@@ -70,13 +73,15 @@ typedef struct voxel_options {
     bool lit; /* with lights and injection, so that leaves hold radiance */
 } voxel_options;
 
-static inline void voxel_barrier(void *user, kd_gpu *gpu, uint32_t uses) {
+static inline void voxel_barrier(void *user, kd_gpu *gpu, uint32_t uses)
+{
     (void)user;
     if (uses != 0)
         kd_gpu_barrier(gpu, 1023);
 }
 
-static inline void voxel_import(kd_schedule *s, bool lit) {
+static inline void voxel_import(kd_schedule *s, bool lit)
+{
     kd_status (*const imports[])(kd_schedule *) = {
         kd_scene_import,       kd_animation_import,     kd_hierarchy_import,
         kd_deform_import,      kd_voxel_objects_import, kd_voxel_cache_import,
@@ -90,7 +95,8 @@ static inline void voxel_import(kd_schedule *s, bool lit) {
     }
 }
 
-static inline voxel_world voxel_open(voxel_options options) {
+static inline voxel_world voxel_open(voxel_options options)
+{
     voxel_world v = {.world = kd_world_make()};
     voxel_warnings[0] = '\0';
     assert_non_null(v.world);
@@ -114,14 +120,16 @@ static inline voxel_world voxel_open(voxel_options options) {
     return v;
 }
 
-static inline void voxel_close(voxel_world *v) {
+static inline void voxel_close(voxel_world *v)
+{
     kd_schedule_destroy(v->schedule);
     kd_world_destroy(v->world);
     if (kd_gpu_failed(voxel_gpu) || voxel_warnings[0])
         fail_msg("logged: %s", voxel_warnings);
 }
 
-static inline void voxel_frame(voxel_world *v) {
+static inline void voxel_frame(voxel_world *v)
+{
     assert_int_equal(kd_schedule_run(v->schedule), KD_OK);
     kd_gpu_barrier(voxel_gpu, 1023);
     kd_gpu_end_frame(voxel_gpu);
@@ -129,16 +137,19 @@ static inline void voxel_frame(voxel_world *v) {
     v->frame->time_s += (double)v->frame->dt_s;
 }
 
-static inline const kd_voxel_scene *voxel_scene(voxel_world *v) {
+static inline const kd_voxel_scene *voxel_scene(voxel_world *v)
+{
     return kd_singleton(v->world, kd_voxel_scene);
 }
-static inline const kd_svo *voxel_svo(voxel_world *v) {
+static inline const kd_svo *voxel_svo(voxel_world *v)
+{
     return kd_singleton(v->world, kd_svo);
 }
 
 /* ---- what is in it ---- */
 
-static inline kd_entity voxel_spawn(voxel_world *v, kd_model *model, kd_transform at) {
+static inline kd_entity voxel_spawn(voxel_world *v, kd_model *model, kd_transform at)
+{
     uint32_t number;
     kd_entity root;
     assert_int_equal(kd_scene_add_model(v->world, model, &number), KD_OK);
@@ -147,7 +158,8 @@ static inline kd_entity voxel_spawn(voxel_world *v, kd_model *model, kd_transfor
     return root;
 }
 
-static inline kd_entity voxel_load(voxel_world *v, const char *path, kd_transform at) {
+static inline kd_entity voxel_load(voxel_world *v, const char *path, kd_transform at)
+{
     kd_model *model = NULL;
     char full[512];
     snprintf(full, sizeof full, "%s/%s", KD_SOURCE_DIR, path);
@@ -156,7 +168,8 @@ static inline kd_entity voxel_load(voxel_world *v, const char *path, kd_transfor
     return voxel_spawn(v, model, at);
 }
 
-static inline kd_material_desc voxel_matte(float r, float g, float b) {
+static inline kd_material_desc voxel_matte(float r, float g, float b)
+{
     kd_material_desc m = kd_material_default();
     m.base_color = (kd_vec4){r, g, b, 1};
     m.metallic = 0;
@@ -164,20 +177,23 @@ static inline kd_material_desc voxel_matte(float r, float g, float b) {
 }
 
 static inline kd_entity voxel_shape(voxel_world *v, kd_shape shape, kd_vec3 size,
-                                    const kd_material_desc *material, kd_transform at) {
+                                    const kd_material_desc *material, kd_transform at)
+{
     kd_model *model;
     kd_material_desc grey = voxel_matte(0.5f, 0.5f, 0.5f);
     assert_int_equal(kd_model_make_shape(shape, size, 0, material ? material : &grey, &model), KD_OK);
     return voxel_spawn(v, model, at);
 }
 
-static inline kd_transform voxel_at(float x, float y, float z) {
+static inline kd_transform voxel_at(float x, float y, float z)
+{
     return (kd_transform){{x, y, z}, {0, 0, 0, 1}, {1, 1, 1}};
 }
 
 /* ---- what the GPU holds ---- */
 
-static inline void *voxel_read(kd_gpu_buffer buffer, size_t offset, size_t bytes) {
+static inline void *voxel_read(kd_gpu_buffer buffer, size_t offset, size_t bytes)
+{
     void *out = malloc(bytes + 16);
     assert_non_null(out);
     if (bytes)
@@ -186,12 +202,14 @@ static inline void *voxel_read(kd_gpu_buffer buffer, size_t offset, size_t bytes
 }
 
 /* Masks of both layers, joined when `out` is wanted so. */
-static inline uint32_t *voxel_read_mask(voxel_world *v, int layer) {
+static inline uint32_t *voxel_read_mask(voxel_world *v, int layer)
+{
     size_t bytes = (size_t)voxel_svo(v)->layer_words * 4;
     return voxel_read(voxel_svo(v)->masks, (size_t)layer * bytes, bytes);
 }
 
-static inline uint32_t *voxel_read_union(voxel_world *v) {
+static inline uint32_t *voxel_read_union(voxel_world *v)
+{
     uint32_t words = voxel_svo(v)->layer_words, *a = voxel_read_mask(v, 0), *b = voxel_read_mask(v, 1);
     for (uint32_t i = 0; i < words; i++)
         a[i] |= b[i];
@@ -199,7 +217,8 @@ static inline uint32_t *voxel_read_union(voxel_world *v) {
     return a;
 }
 
-static inline uint32_t voxel_count_bits(const uint32_t *mask, uint32_t words) {
+static inline uint32_t voxel_count_bits(const uint32_t *mask, uint32_t words)
+{
     uint32_t n = 0;
     for (uint32_t i = 0; i < words; i++)
         for (uint32_t w = mask[i]; w; w &= w - 1)
@@ -241,7 +260,8 @@ static inline void *voxel_read_static(voxel_world *v)
     return voxels;
 }
 
-static inline voxel_capture voxel_read_source(voxel_world *v) {
+static inline voxel_capture voxel_read_source(voxel_world *v)
+{
     const kd_voxel_scene *scene = voxel_scene(v);
     voxel_capture c = {.source = {.cascades = scene->cascade_count, .leaf_level = scene->resolution_log2}};
     int at = 0;
@@ -263,7 +283,8 @@ static inline voxel_capture voxel_read_source(voxel_world *v) {
     return c;
 }
 
-static inline void voxel_capture_free(voxel_capture *c) {
+static inline void voxel_capture_free(voxel_capture *c)
+{
     for (size_t i = 0; i < sizeof c->held / sizeof *c->held; i++)
         free(c->held[i]);
 }
@@ -272,7 +293,8 @@ static inline void voxel_capture_free(voxel_capture *c) {
 
 /* Fill a grid of cells from its border through those that are not wall, six-connected; outside[] is 1 where
  * it came. */
-static inline void voxel_flood(const uint8_t *wall, const uint32_t size[3], uint8_t *outside) {
+static inline void voxel_flood(const uint8_t *wall, const uint32_t size[3], uint8_t *outside)
+{
     size_t step[4] = {1, size[0], (size_t)size[0] * size[1], (size_t)size[0] * size[1] * size[2]}, top = 0;
     size_t *stack = malloc(step[3] * sizeof *stack);
     assert_non_null(stack);

@@ -16,45 +16,34 @@
 #include "runtime/app/voxelize.h"
 #include "runtime/core/log.h"
 
-static kd_status dispatch(const app_options *options) {
+static kd_status dispatch(const app_options *options)
+{
     switch (options->command) {
-    case APP_RUN:
-        return app_run(options);
-    case APP_REFERENCE:
-        return app_reference_run(options);
-    case APP_COMPARE:
-        return app_compare_run(options);
-    case APP_VOXELIZE:
-        return app_voxelize(options);
-    case APP_INFO:
-        return app_info_print(options->subject);
-    case APP_DOCTOR:
-        return app_doctor_print();
-    case APP_BENCH:
-        return app_bench_run(options);
-    case APP_VERSION:
-        printf("kandil %s\n", KD_VERSION);
-        return KD_OK;
-    case APP_HELP:
-        break;
+    case APP_RUN: return app_run(options);
+    case APP_REFERENCE: return app_reference_run(options);
+    case APP_COMPARE: return app_compare_run(options);
+    case APP_VOXELIZE: return app_voxelize(options);
+    case APP_INFO: return app_info_print(options->subject);
+    case APP_DOCTOR: return app_doctor_print();
+    case APP_BENCH: return app_bench_run(options);
+    case APP_VERSION: printf("kandil %s\n", KD_VERSION); return KD_OK;
+    case APP_HELP: break;
     }
     return app_help_print(options->subject);
 }
 
-static int exit_code(kd_status status) {
+static int exit_code(kd_status status)
+{
     switch (status) {
-    case KD_OK:
-        return 0;
-    case KD_USAGE:
-        return 2;
-    case KD_INTERRUPTED:
-        return 130;
-    default:
-        return 1;
+    case KD_OK: return 0;
+    case KD_USAGE: return 2;
+    case KD_INTERRUPTED: return 130;
+    default: return 1;
     }
 }
 
-int kd_app_main(int argc, char **argv) {
+int kd_app_main(int argc, char **argv)
+{
     app_options options;
     app_console_open();
     kd_status status = app_options_parse(argc, argv, &options);

@@ -9,12 +9,14 @@
 #include "runtime/core/json.h"
 #include "runtime/core/log.h"
 
-static void put_number(kd_json *j, const char *key, double value) {
+static void put_number(kd_json *j, const char *key, double value)
+{
     kd_json_key(j, key);
     kd_json_double(j, value);
 }
 
-static void put_row(kd_json *j, const kd_bench_row *row) {
+static void put_row(kd_json *j, const kd_bench_row *row)
+{
     kd_json_object_begin(j);
     kd_json_key(j, "bench");
     kd_json_string(j, row->bench);
@@ -37,7 +39,8 @@ static void put_row(kd_json *j, const kd_bench_row *row) {
     kd_json_object_end(j);
 }
 
-static void take_row(void *user, const kd_bench_row *row) {
+static void take_row(void *user, const kd_bench_row *row)
+{
     printf("%-7s %-25s %9u %7u %11.4g %11.4g %11.4g ", row->bench, row->name, row->n, row->threads,
            row->median, row->min, row->max);
     if (row->limit > 0)
@@ -48,7 +51,8 @@ static void take_row(void *user, const kd_bench_row *row) {
     put_row(user, row);
 }
 
-static kd_status measure(const app_options *options, const kd_bench_desc *desc) {
+static kd_status measure(const app_options *options, const kd_bench_desc *desc)
+{
     bool all = options->bench == APP_BENCH_ALL;
     kd_status status = kd_bench_limits(desc);
     if (status == KD_OK && (all || options->bench == APP_BENCH_ECS))
@@ -58,14 +62,16 @@ static kd_status measure(const app_options *options, const kd_bench_desc *desc) 
     return status;
 }
 
-static kd_status write_json(const char *path, const kd_json *j) {
+static kd_status write_json(const char *path, const kd_json *j)
+{
     const char *text = kd_json_text(j);
     if (!text)
         return kd_fail(KD_NO_MEMORY, "%s: out of memory; run fewer cases with --case", path);
     return kd_file_write(path, text, strlen(text));
 }
 
-kd_status app_bench_run(const app_options *options) {
+kd_status app_bench_run(const app_options *options)
+{
     kd_json j = {.indent = 1};
     kd_bench_desc desc = {.threads = options->threads,
                           .n = options->bench_n,

@@ -40,18 +40,21 @@ struct app_capture {
     _Atomic(int) encode_status; /* first failure of a worker */
 };
 
-static size_t texel_bytes(bool hdr) {
+static size_t texel_bytes(bool hdr)
+{
     return hdr ? 8 : 4;
 }
 
-static size_t picture_bytes(const app_capture *c, bool hdr) {
+static size_t picture_bytes(const app_capture *c, bool hdr)
+{
     return (size_t)c->width * c->height * texel_bytes(hdr);
 }
 
 /* ---- before the work ---- */
 
 /* The longest name that a pattern gives, or the path itself. */
-static kd_status numbered_path(const app_output *output, uint64_t frame, char out[KD_PATH_MAX]) {
+static kd_status numbered_path(const app_output *output, uint64_t frame, char out[KD_PATH_MAX])
+{
     const char *percent = strchr(output->path, '%');
     if (output->kind == APP_OUTPUT_FILM || !percent) {
         snprintf(out, KD_PATH_MAX, "%s", output->path);
@@ -70,7 +73,8 @@ static kd_status numbered_path(const app_output *output, uint64_t frame, char ou
                : kd_fail(KD_OUT_OF_RANGE, "%.64s…: the path is too long; shorten it", output->path);
 }
 
-kd_status app_capture_check(const app_options *options) {
+kd_status app_capture_check(const app_options *options)
+{
     char path[KD_PATH_MAX];
     for (uint32_t i = 0; i < options->output_count; i++) {
         kd_file_out probe;
@@ -93,14 +97,16 @@ kd_status app_capture_check(const app_options *options) {
     return KD_OK;
 }
 
-static bool wants_every(const app_options *options, bool hdr) {
+static bool wants_every(const app_options *options, bool hdr)
+{
     for (uint32_t i = 0; i < options->output_count; i++)
         if (options->outputs[i].every_frame && (options->outputs[i].kind == APP_OUTPUT_EXR) == hdr)
             return true;
     return false;
 }
 
-static kd_status open_films(app_capture *c, double fps) {
+static kd_status open_films(app_capture *c, double fps)
+{
     kd_status status = KD_OK;
     for (uint32_t i = 0; i < c->options->output_count && status == KD_OK; i++)
         if (c->options->outputs[i].kind == APP_OUTPUT_FILM)
@@ -109,7 +115,8 @@ static kd_status open_films(app_capture *c, double fps) {
 }
 
 kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu, kd_jobs *jobs,
-                           uint32_t width, uint32_t height, double fps, app_capture **out) {
+                           uint32_t width, uint32_t height, double fps, app_capture **out)
+{
     app_capture *c = calloc(1, sizeof *c);
     *out = c;
     if (!c)
@@ -134,12 +141,14 @@ kd_status app_capture_open(const app_options *options, kd_world *w, kd_gpu *gpu,
 
 /* ---- one frame's texels to files ---- */
 
-static void note(app_capture *c, kd_status status) {
+static void note(app_capture *c, kd_status status)
+{
     if (c->status == KD_OK)
         c->status = status;
 }
 
-static void encode(void *user, uint32_t worker) {
+static void encode(void *user, uint32_t worker)
+{
     (void)worker;
     slot *s = user;
     app_capture *c = s->capture;
@@ -152,7 +161,8 @@ static void encode(void *user, uint32_t worker) {
 
 /* Hand a copy of the texels to a worker; waits when all slots are busy. */
 static kd_status queue_picture(app_capture *c, const app_output *output, const void *texels, uint64_t frame,
-                               bool hdr) {
+                               bool hdr)
+{
     slot *s = &c->slots[c->next_slot++ % c->slot_count];
     kd_jobs_wait(c->jobs, &s->counter);
     if (!s->texels)
@@ -169,7 +179,8 @@ static kd_status queue_picture(app_capture *c, const app_output *output, const v
     return status;
 }
 
-static void store_frame(app_capture *c, const void *texels, uint64_t frame, bool hdr) {
+static void store_frame(app_capture *c, const void *texels, uint64_t frame, bool hdr)
+{
     for (uint32_t i = 0; i < c->options->output_count && app_capture_status(c) == KD_OK; i++) {
         const app_output *output = &c->options->outputs[i];
         if (!output->every_frame || (output->kind == APP_OUTPUT_EXR) != hdr)
@@ -182,7 +193,8 @@ static void store_frame(app_capture *c, const void *texels, uint64_t frame, bool
 }
 
 /* Take what has come back; with `wait`, one at least. Returns false when nothing was under way. */
-static bool take(app_capture *c, bool hdr, bool wait) {
+static bool take(app_capture *c, bool hdr, bool wait)
+{
     uint64_t frame;
     size_t size;
     const void *texels = kd_gpu_readback_poll(c->gpu, c->rings[hdr], wait, &frame, &size);
@@ -191,7 +203,8 @@ static bool take(app_capture *c, bool hdr, bool wait) {
     return texels != NULL;
 }
 
-static void queue_copy(app_capture *c, kd_gpu_texture from, uint64_t frame, bool hdr) {
+static void queue_copy(app_capture *c, kd_gpu_texture from, uint64_t frame, bool hdr)
+{
     kd_status status;
     while (take(c, hdr, false))
         ;
@@ -202,7 +215,8 @@ static void queue_copy(app_capture *c, kd_gpu_texture from, uint64_t frame, bool
     note(c, status);
 }
 
-static void run(kd_system_context *context) {
+static void run(kd_system_context *context)
+{
     app_capture *c = context->user;
     const kd_picture *picture = kd_singleton(context->world, kd_picture);
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
@@ -214,7 +228,8 @@ static void run(kd_system_context *context) {
         queue_copy(c, picture->hdr, frame->index, true);
 }
 
-kd_status app_capture_import(app_capture *capture, kd_schedule *s) {
+kd_status app_capture_import(app_capture *capture, kd_schedule *s)
+{
     return kd_schedule_add(s, &(kd_system_desc){
                                   .name = "capture",
                                   .phase = KD_PHASE_CAPTURE,
@@ -229,7 +244,8 @@ kd_status app_capture_import(app_capture *capture, kd_schedule *s) {
 
 /* ---- frames that are there already ---- */
 
-bool app_capture_wants(const app_capture *c, uint64_t frame, bool last) {
+bool app_capture_wants(const app_capture *c, uint64_t frame, bool last)
+{
     char path[KD_PATH_MAX];
     for (uint32_t i = 0; i < c->options->output_count; i++) {
         const app_output *output = &c->options->outputs[i];
@@ -241,19 +257,22 @@ bool app_capture_wants(const app_capture *c, uint64_t frame, bool last) {
     return false;
 }
 
-void app_capture_rest(app_capture *c, bool rests) {
+void app_capture_rest(app_capture *c, bool rests)
+{
     c->rests = rests;
 }
 
 /* ---- the end ---- */
 
-kd_status app_capture_status(const app_capture *capture) {
+kd_status app_capture_status(const app_capture *capture)
+{
     if (capture->status != KD_OK)
         return capture->status;
     return (kd_status)atomic_load(&capture->encode_status);
 }
 
-static kd_status write_last(app_capture *c, bool hdr) {
+static kd_status write_last(app_capture *c, bool hdr)
+{
     kd_status status = KD_OK;
     const kd_picture *picture = kd_singleton(c->world, kd_picture);
     void *texels = NULL;
@@ -278,7 +297,8 @@ static kd_status write_last(app_capture *c, bool hdr) {
     return status;
 }
 
-kd_status app_capture_finish(app_capture *c, bool last) {
+kd_status app_capture_finish(app_capture *c, bool last)
+{
     for (int hdr = 0; hdr < 2; hdr++)
         while (c->rings[hdr].id && take(c, hdr, true))
             ;
@@ -295,7 +315,8 @@ kd_status app_capture_finish(app_capture *c, bool last) {
     return status;
 }
 
-void app_capture_close(app_capture *c) {
+void app_capture_close(app_capture *c)
+{
     if (!c)
         return;
     for (uint32_t i = 0; c->slots && i < c->slot_count; i++) {

@@ -16,7 +16,8 @@
 
 extern char **environ;
 
-bool app_find_program(const char *name, char *out, size_t out_size) {
+bool app_find_program(const char *name, char *out, size_t out_size)
+{
     const char *path = getenv("PATH");
     for (const char *p = path ? path : ""; *p;) {
         size_t length = strcspn(p, ":");
@@ -30,7 +31,8 @@ bool app_find_program(const char *name, char *out, size_t out_size) {
     return false;
 }
 
-static int temporary_file(void) {
+static int temporary_file(void)
+{
     char path[] = "/tmp/kandil-XXXXXX";
     int file = mkstemp(path);
     if (file >= 0) {
@@ -41,7 +43,8 @@ static int temporary_file(void) {
 }
 
 /* Start it with the read end of the pipe as standard input. Returns an errno value. */
-static int spawn(app_child *child, int read_end, const char *const *argv) {
+static int spawn(app_child *child, int read_end, const char *const *argv)
+{
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;
     sigset_t defaults;
@@ -63,7 +66,8 @@ static int spawn(app_child *child, int read_end, const char *const *argv) {
     return error;
 }
 
-kd_status app_child_start(app_child *child, const char *const *argv) {
+kd_status app_child_start(app_child *child, const char *const *argv)
+{
     int ends[2];
     *child = (app_child){.input = -1, .errors = -1};
     if (pipe(ends) != 0)
@@ -82,7 +86,8 @@ kd_status app_child_start(app_child *child, const char *const *argv) {
     return kd_fail(KD_IO, "%s: could not be started (%s); check its installation", argv[0], strerror(error));
 }
 
-bool app_child_write(app_child *child, const void *data, size_t size) {
+bool app_child_write(app_child *child, const void *data, size_t size)
+{
     const char *at = data;
     while (size > 0) {
         ssize_t written = write(child->input, at, size);
@@ -96,7 +101,8 @@ bool app_child_write(app_child *child, const void *data, size_t size) {
     return true;
 }
 
-static void last_line(int file, char *line, size_t line_size) {
+static void last_line(int file, char *line, size_t line_size)
+{
     char text[2048];
     off_t end = lseek(file, 0, SEEK_END),
           start = end > (off_t)sizeof text - 1 ? end - (off_t)sizeof text + 1 : 0;
@@ -111,7 +117,8 @@ static void last_line(int file, char *line, size_t line_size) {
     snprintf(line, line_size, "%s", newline ? newline + 1 : text);
 }
 
-int app_child_finish(app_child *child, char *line, size_t line_size) {
+int app_child_finish(app_child *child, char *line, size_t line_size)
+{
     int state = 0, code = -1;
     if (child->input >= 0)
         close(child->input);

@@ -20,13 +20,15 @@ static struct {
     uint32_t warning_count;
 } console = {.lock = PTHREAD_MUTEX_INITIALIZER};
 
-static void hide_bar(void) {
+static void hide_bar(void)
+{
     if (console.bar_shown)
         fputs("\r\033[K", stderr);
     console.bar_shown = false;
 }
 
-static void keep_warning(const char *text) {
+static void keep_warning(const char *text)
+{
     if (console.warning_count == MAX_WARNINGS)
         return;
     char *copy = strdup(text);
@@ -34,12 +36,14 @@ static void keep_warning(const char *text) {
         console.warnings[console.warning_count++] = copy;
 }
 
-static void print(kd_log_level level, const char *text) {
+static void print(kd_log_level level, const char *text)
+{
     hide_bar();
     fprintf(stderr, "kandil: %s%s\n", level == KD_LOG_WARNING ? "warning: " : "", text);
 }
 
-static void sink(void *user, kd_log_level level, const char *text) {
+static void sink(void *user, kd_log_level level, const char *text)
+{
     (void)user;
     pthread_mutex_lock(&console.lock);
     if (level == KD_LOG_WARNING)
@@ -55,16 +59,19 @@ static void sink(void *user, kd_log_level level, const char *text) {
     pthread_mutex_unlock(&console.lock);
 }
 
-void app_console_open(void) {
+void app_console_open(void)
+{
     console.terminal = isatty(STDERR_FILENO) != 0;
     kd_log_set_sink(sink, NULL);
 }
 
-void app_console_set_quiet(bool quiet) {
+void app_console_set_quiet(bool quiet)
+{
     console.quiet = quiet;
 }
 
-void app_console_close(void) {
+void app_console_close(void)
+{
     app_console_clear();
     kd_log_set_sink(NULL, NULL);
     for (uint32_t i = 0; i < console.warning_count; i++)
@@ -74,7 +81,8 @@ void app_console_close(void) {
     console.quiet = false;
 }
 
-static void draw_bar(uint64_t done, uint64_t total, const char *text) {
+static void draw_bar(uint64_t done, uint64_t total, const char *text)
+{
     char bar[BAR_WIDTH + 1];
     uint64_t filled = done * BAR_WIDTH / total;
     for (uint64_t i = 0; i < BAR_WIDTH; i++)
@@ -88,7 +96,8 @@ static void draw_bar(uint64_t done, uint64_t total, const char *text) {
     pthread_mutex_unlock(&console.lock);
 }
 
-void app_console_progress(uint64_t done, uint64_t total, double frame_ms) {
+void app_console_progress(uint64_t done, uint64_t total, double frame_ms)
+{
     char text[32];
     if (!console.terminal || console.quiet || total == 0)
         return;
@@ -96,7 +105,8 @@ void app_console_progress(uint64_t done, uint64_t total, double frame_ms) {
     draw_bar(done, total, text);
 }
 
-void app_console_work(uint64_t done, uint64_t total, const char *what) {
+void app_console_work(uint64_t done, uint64_t total, const char *what)
+{
     if (console.quiet || total == 0)
         return;
     if (console.terminal)
@@ -105,13 +115,15 @@ void app_console_work(uint64_t done, uint64_t total, const char *what) {
         kd_log(KD_LOG_INFO, "%llu of %llu %s", (unsigned long long)done, (unsigned long long)total, what);
 }
 
-void app_console_clear(void) {
+void app_console_clear(void)
+{
     pthread_mutex_lock(&console.lock);
     hide_bar();
     pthread_mutex_unlock(&console.lock);
 }
 
-void app_console_capture(char *text, size_t size) {
+void app_console_capture(char *text, size_t size)
+{
     pthread_mutex_lock(&console.lock);
     console.capture = text;
     console.capture_size = size;
@@ -120,11 +132,13 @@ void app_console_capture(char *text, size_t size) {
     pthread_mutex_unlock(&console.lock);
 }
 
-bool app_console_said_error(void) {
+bool app_console_said_error(void)
+{
     return console.said_error;
 }
 
-const char *const *app_console_warnings(uint32_t *count) {
+const char *const *app_console_warnings(uint32_t *count)
+{
     *count = console.warning_count;
     return (const char *const *)console.warnings;
 }

@@ -16,7 +16,8 @@
 #define HALL_EV     2.5f /* most of a hall is in shade, and seen by what bounces */
 
 /* Rotation that takes -Z to the target and +Y upwards; never asked to look straight up or down. */
-static kd_quat look_at(kd_vec3 from, kd_vec3 to) {
+static kd_quat look_at(kd_vec3 from, kd_vec3 to)
+{
     mat4 m;
     versor q;
     kd_vec3 back = kd_vec3_normalize(kd_vec3_sub(from, to), (kd_vec3){0, 0, 1});
@@ -30,7 +31,8 @@ static kd_quat look_at(kd_vec3 from, kd_vec3 to) {
     return (kd_quat){q[0], q[1], q[2], q[3]};
 }
 
-static void add_camera(app_scene *scene, kd_vec3 eye, kd_vec3 target, float fov_y, float scale) {
+static void add_camera(app_scene *scene, kd_vec3 eye, kd_vec3 target, float fov_y, float scale)
+{
     kd_world *w = scene->world;
     kd_entity e = kd_spawn(
         w, KD_VAL(kd_transform, {.position = eye, .rotation = look_at(eye, target), .scale = {1, 1, 1}}),
@@ -40,13 +42,15 @@ static void add_camera(app_scene *scene, kd_vec3 eye, kd_vec3 target, float fov_
 }
 
 /* Distance at which a sphere fills the picture, its narrower side deciding. */
-static float fitting_distance(const app_scene *scene, float radius, float fov_y) {
+static float fitting_distance(const app_scene *scene, float radius, float fov_y)
+{
     float aspect = (float)scene->width / (float)scene->height, half = tanf(fov_y / 2);
     float narrow = atanf(aspect < 1 ? half * aspect : half);
     return radius / sinf(narrow > 0.02f ? narrow : 0.02f);
 }
 
-static void frame_model(app_scene *scene, const app_survey *s) {
+static void frame_model(app_scene *scene, const app_survey *s)
+{
     kd_vec3 extent = kd_vec3_sub(s->high, s->low), middle = kd_vec3_scale(kd_vec3_add(s->low, s->high), 0.5f);
     float radius = kd_vec3_length(extent) / 2;
     if (!(radius > 1e-6f))
@@ -70,7 +74,8 @@ static void frame_model(app_scene *scene, const app_survey *s) {
 
 /* Into a hall it shines steeply, so that it reaches the floor and one of the long sides through an open roof.
  */
-static void add_sun(app_scene *scene, const app_survey *s) {
+static void add_sun(app_scene *scene, const app_survey *s)
+{
     kd_world *w = scene->world;
     kd_vec3 from = {0.45f, 1, 0.35f};
     if (s->hall)
@@ -84,13 +89,15 @@ static void add_sun(app_scene *scene, const app_survey *s) {
     scene->settings.light_ambient = SKY;
 }
 
-static float clamp(float x, float low, float high) {
+static float clamp(float x, float low, float high)
+{
     return x < low ? low : x > high ? high : x;
 }
 
 /* Voxels and shadows that reach over the model from where the camera stands; --set still has the last word.
  */
-static void fit_settings(app_scene *scene, const app_survey *s) {
+static void fit_settings(app_scene *scene, const app_survey *s)
+{
     kd_settings *set = &scene->settings;
     float diagonal = kd_vec3_length(kd_vec3_sub(s->high, s->low));
     float reach =
@@ -102,7 +109,8 @@ static void fit_settings(app_scene *scene, const app_survey *s) {
     }
 }
 
-kd_status app_scene_load_model(app_scene *scene, const char *path) {
+kd_status app_scene_load_model(app_scene *scene, const char *path)
+{
     uint32_t number;
     kd_entity root;
     app_survey survey;

@@ -12,7 +12,8 @@
 
 #define MAX_ROWS 16
 
-static void print_contexts(const kd_gpu_probe_row *rows, uint32_t count) {
+static void print_contexts(const kd_gpu_probe_row *rows, uint32_t count)
+{
     for (uint32_t i = 0; i < count; i++) {
         const kd_gpu_probe_row *row = &rows[i];
         printf("  %-16s %s", kd_context_api_name(row->api), row->works ? "works" : "not available");
@@ -28,7 +29,8 @@ static void print_contexts(const kd_gpu_probe_row *rows, uint32_t count) {
     }
 }
 
-static void print_program(const char *name, const char *purpose, const char *package) {
+static void print_program(const char *name, const char *purpose, const char *package)
+{
     char path[KD_PATH_MAX];
     if (app_find_program(name, path, sizeof path))
         printf("  %-16s %s\n", name, path);
@@ -36,7 +38,8 @@ static void print_program(const char *name, const char *purpose, const char *pac
         printf("  %-16s not found: needed for %s; install %s\n", name, purpose, package);
 }
 
-static void print_library(const char *file, const char *purpose, const char *package) {
+static void print_library(const char *file, const char *purpose, const char *package)
+{
     void *library = dlopen(file, RTLD_LAZY | RTLD_LOCAL);
     if (library)
         printf("  %-16s found\n", file);
@@ -46,7 +49,8 @@ static void print_library(const char *file, const char *purpose, const char *pac
         dlclose(library);
 }
 
-kd_status app_doctor_print(void) {
+kd_status app_doctor_print(void)
+{
     kd_gpu_probe_row rows[MAX_ROWS];
     uint32_t count = kd_gpu_probe(rows, MAX_ROWS), working = 0;
     printf("Kandil %s\n\nprocessors: %ld\n\nways to OpenGL 4.5, in the order of --context auto:\n",

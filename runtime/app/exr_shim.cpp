@@ -7,7 +7,8 @@
 
 #include <tinyexr.h>
 
-static size_t encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data) {
+static size_t encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data)
+{
     static const char *const names[3] = {"B", "G", "R"}; // readers expect the order of the alphabet
     EXRHeader header;
     EXRImage image;
@@ -36,7 +37,8 @@ static size_t encode(uint32_t width, uint32_t height, const uint16_t *planes, un
     return size;
 }
 
-size_t exr_shim_encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data) {
+size_t exr_shim_encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data)
+{
     *data = nullptr;
     try {
         return encode(width, height, planes, data);
@@ -49,7 +51,8 @@ size_t exr_shim_encode(uint32_t width, uint32_t height, const uint16_t *planes, 
 static const int side_max = 16384;
 
 // The size is known before anything of that size is made.
-static const char *check_header(const unsigned char *data, size_t size) {
+static const char *check_header(const unsigned char *data, size_t size)
+{
     EXRVersion version;
     EXRHeader header;
     const char *error = nullptr;
@@ -68,10 +71,12 @@ static const char *check_header(const unsigned char *data, size_t size) {
     const long long width = static_cast<long long>(header.data_window.max_x) - header.data_window.min_x + 1;
     const long long height = static_cast<long long>(header.data_window.max_y) - header.data_window.min_y + 1;
     FreeEXRHeader(&header);
-    return width < 1 || height < 1 || width > side_max || height > side_max ? "its size is out of range" : nullptr;
+    return width < 1 || height < 1 || width > side_max || height > side_max ? "its size is out of range"
+                                                                            : nullptr;
 }
 
-static float *decode_rgb(const unsigned char *data, size_t size, int *width, int *height) {
+static float *decode_rgb(const unsigned char *data, size_t size, int *width, int *height)
+{
     float *rgba = nullptr;
     const char *error = nullptr;
     int code = LoadEXRFromMemory(&rgba, width, height, data, size, &error);
@@ -86,7 +91,8 @@ static float *decode_rgb(const unsigned char *data, size_t size, int *width, int
     return rgba;
 }
 
-float *exr_shim_decode(const void *data, size_t size, uint32_t *width, uint32_t *height, const char **error) {
+float *exr_shim_decode(const void *data, size_t size, uint32_t *width, uint32_t *height, const char **error)
+{
     const unsigned char *bytes = static_cast<const unsigned char *>(data);
     int w = 0, h = 0;
     try {

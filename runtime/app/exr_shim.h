@@ -16,7 +16,8 @@ size_t exr_shim_encode(uint32_t width, uint32_t height, const uint16_t *planes, 
 
 /** Decode an OpenEXR file with channels R, G, B, or one channel, which is then taken three times.
  *
- *  Returns rows of RGB texels, row 0 on top, which the caller frees with free(); NULL with a static text in *error
+ *  Returns rows of RGB texels, row 0 on top, which the caller frees with free(); NULL with a static text in
+ * *error
  */
 float *exr_shim_decode(const void *data, size_t size, uint32_t *width, uint32_t *height, const char **error);
 

@@ -19,7 +19,8 @@ static const char *const color_arguments[] = {"-colorspace",  "bt709",      "-co
                                               "bt709",        "-color_trc", "iec61966-2-1",
                                               "-color_range", "tv",         NULL};
 
-static void add_arguments(const char *argv[MAX_ARGUMENTS], const char *const *more) {
+static void add_arguments(const char *argv[MAX_ARGUMENTS], const char *const *more)
+{
     size_t count = 0;
     while (argv[count])
         count++;
@@ -28,7 +29,8 @@ static void add_arguments(const char *argv[MAX_ARGUMENTS], const char *const *mo
     argv[count] = NULL;
 }
 
-kd_status app_film_open(app_film *film, const char *path, uint32_t width, uint32_t height, double fps) {
+kd_status app_film_open(app_film *film, const char *path, uint32_t width, uint32_t height, double fps)
+{
     char size[32], rate[32];
     memset(film, 0, sizeof *film);
     film->child.input = film->child.errors = -1;
@@ -54,7 +56,8 @@ kd_status app_film_open(app_film *film, const char *path, uint32_t width, uint32
 }
 
 /* Wait for the child and tell whether it did its work; when not, remove what it left and say why. */
-static kd_status finish_child(app_film *film, bool write_failed) {
+static kd_status finish_child(app_film *film, bool write_failed)
+{
     char line[256];
     int code = app_child_finish(&film->child, line, sizeof line);
     if (code == 0 && !write_failed)
@@ -66,14 +69,16 @@ static kd_status finish_child(app_film *film, bool write_failed) {
         film->path, code, line[0] ? line : "it said nothing");
 }
 
-kd_status app_film_write(app_film *film, const void *rgba) {
+kd_status app_film_write(app_film *film, const void *rgba)
+{
     if (!app_child_write(&film->child, rgba, film->frame_bytes))
         return finish_child(film, true);
     film->frames++;
     return KD_OK;
 }
 
-kd_status app_film_close(app_film *film) {
+kd_status app_film_close(app_film *film)
+{
     if (film->child.pid == 0)
         return KD_OK;
     if (film->frames == 0) { /* which ffmpeg calls an error */

@@ -1,8 +1,8 @@
 #ifndef KD_APP_FILM_H
 #define KD_APP_FILM_H
 
-/* An .mp4 (H.264) or .webm (VP9) written by an ffmpeg child: 4:2:0, BT.709, odd sides padded to even, a constant rate. The film stands under
- * its name only when it is whole. */
+/* An .mp4 (H.264) or .webm (VP9) written by an ffmpeg child: 4:2:0, BT.709, odd sides padded to even, a
+ * constant rate. The film stands under its name only when it is whole. */
 
 #include <stdint.h>
 

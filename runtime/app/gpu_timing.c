@@ -45,7 +45,8 @@ struct app_gpu_timing {
 
 /* ---- slots ---- */
 
-static frame_spans *current(app_gpu_timing *g) {
+static frame_spans *current(app_gpu_timing *g)
+{
     uint64_t number = kd_gpu_frame(g->gpu);
     frame_spans *frame = &g->frames[number % KD_GPU_TIMER_FRAMES];
     if (frame->number != number)
@@ -53,14 +54,16 @@ static frame_spans *current(app_gpu_timing *g) {
     return frame;
 }
 
-static uint32_t stamp(app_gpu_timing *g) {
+static uint32_t stamp(app_gpu_timing *g)
+{
     frame_spans *frame = current(g);
     uint32_t slot = frame->slots < KD_GPU_TIMER_SLOTS ? frame->slots++ : KD_GPU_TIMER_SLOTS - 1;
     kd_gpu_timestamp(g->gpu, slot);
     return slot;
 }
 
-static void add_span(app_gpu_timing *g, bool is_pass, uint32_t id, uint32_t from, uint32_t to) {
+static void add_span(app_gpu_timing *g, bool is_pass, uint32_t id, uint32_t from, uint32_t to)
+{
     frame_spans *frame = current(g);
     if (frame->count < MAX_SPANS)
         frame->spans[frame->count++] = (span){is_pass, id, from, to};
@@ -68,7 +71,8 @@ static void add_span(app_gpu_timing *g, bool is_pass, uint32_t id, uint32_t from
 
 /* ---- passes ---- */
 
-static uint32_t name_of(app_gpu_timing *g, uint32_t program, const char *text) {
+static uint32_t name_of(app_gpu_timing *g, uint32_t program, const char *text)
+{
     uint32_t at = program % NAME_CACHE;
     if (g->names[at].program != program || !g->names[at].name) {
         g->names[at].program = program;
@@ -77,7 +81,8 @@ static uint32_t name_of(app_gpu_timing *g, uint32_t program, const char *text) {
     return g->names[at].name;
 }
 
-static void close_pass(app_gpu_timing *g, uint32_t slot, uint64_t now_ns) {
+static void close_pass(app_gpu_timing *g, uint32_t slot, uint64_t now_ns)
+{
     if (g->pass_program == NO_PASS)
         return;
     if (g->sync)
@@ -88,7 +93,8 @@ static void close_pass(app_gpu_timing *g, uint32_t slot, uint64_t now_ns) {
 }
 
 /* Before a dispatch or draw: another program than the last one's is another pass. */
-static void on_pass(void *user, uint32_t program, const char *name) {
+static void on_pass(void *user, uint32_t program, const char *name)
+{
     app_gpu_timing *g = user;
     if (!g->in_system || program == g->pass_program)
         return;
@@ -107,7 +113,8 @@ static void on_pass(void *user, uint32_t program, const char *name) {
 }
 
 /* Between two systems of a frame the GPU waits for the CPU. */
-static void add_idle(app_gpu_timing *g, uint64_t from_ns, uint64_t to_ns) {
+static void add_idle(app_gpu_timing *g, uint64_t from_ns, uint64_t to_ns)
+{
     if (from_ns && to_ns > from_ns)
         kd_profile_gpu_zone(g->profile, g->idle_row, from_ns, to_ns);
 }
@@ -115,7 +122,8 @@ static void add_idle(app_gpu_timing *g, uint64_t from_ns, uint64_t to_ns) {
 /* ---- systems ---- */
 
 app_gpu_timing *app_gpu_timing_make(kd_gpu *gpu, kd_profile *profile, uint32_t frame_row, uint32_t idle_row,
-                                    bool sync, bool passes) {
+                                    bool sync, bool passes)
+{
     app_gpu_timing *g = calloc(1, sizeof *g);
     if (!g)
         return NULL;
@@ -133,13 +141,15 @@ app_gpu_timing *app_gpu_timing_make(kd_gpu *gpu, kd_profile *profile, uint32_t f
     return g;
 }
 
-void app_gpu_timing_destroy(app_gpu_timing *g) {
+void app_gpu_timing_destroy(app_gpu_timing *g)
+{
     if (g && g->passes)
         kd_gpu_set_pass_hook(g->gpu, NULL, NULL);
     free(g);
 }
 
-void app_gpu_timing_begin(app_gpu_timing *g, uint32_t system) {
+void app_gpu_timing_begin(app_gpu_timing *g, uint32_t system)
+{
     (void)system;
     if (g->sync) {
         kd_gpu_finish(g->gpu);
@@ -150,7 +160,8 @@ void app_gpu_timing_begin(app_gpu_timing *g, uint32_t system) {
     g->in_system = true;
 }
 
-void app_gpu_timing_end(app_gpu_timing *g, uint32_t system) {
+void app_gpu_timing_end(app_gpu_timing *g, uint32_t system)
+{
     g->in_system = false;
     if (!g->sync) {
         uint32_t slot = stamp(g);
@@ -170,7 +181,8 @@ void app_gpu_timing_end(app_gpu_timing *g, uint32_t system) {
 
 /* ---- frames ---- */
 
-static void end_frame(app_gpu_timing *g, uint64_t first_ns, uint64_t last_ns, uint64_t busy_ns) {
+static void end_frame(app_gpu_timing *g, uint64_t first_ns, uint64_t last_ns, uint64_t busy_ns)
+{
     if (!first_ns || last_ns < first_ns)
         return;
     uint64_t whole_ns = last_ns - first_ns;
@@ -179,7 +191,8 @@ static void end_frame(app_gpu_timing *g, uint64_t first_ns, uint64_t last_ns, ui
     kd_profile_gpu(g->profile, g->idle_row, whole_ns > busy_ns ? whole_ns - busy_ns : 0);
 }
 
-static void feed(app_gpu_timing *g, const frame_spans *frame, const uint64_t *ns) {
+static void feed(app_gpu_timing *g, const frame_spans *frame, const uint64_t *ns)
+{
     uint64_t first_ns = 0, last_ns = 0, busy_ns = 0;
     for (uint32_t i = 0; i < frame->count; i++) {
         const span *s = &frame->spans[i];
@@ -200,7 +213,8 @@ static void feed(app_gpu_timing *g, const frame_spans *frame, const uint64_t *ns
     end_frame(g, first_ns, last_ns, busy_ns);
 }
 
-static void collect_stamps(app_gpu_timing *g) {
+static void collect_stamps(app_gpu_timing *g)
+{
     uint64_t ns[KD_GPU_TIMER_SLOTS], now = kd_gpu_frame(g->gpu);
     if (now > g->next_frame + KD_GPU_TIMER_FRAMES - 1) /* its ring entry has been written over */
         g->next_frame = now - KD_GPU_TIMER_FRAMES + 1;
@@ -214,7 +228,8 @@ static void collect_stamps(app_gpu_timing *g) {
     }
 }
 
-void app_gpu_timing_collect(app_gpu_timing *g, bool all) {
+void app_gpu_timing_collect(app_gpu_timing *g, bool all)
+{
     if (g->sync) {
         end_frame(g, g->first_ns, g->last_ns, g->busy_ns);
         g->first_ns = g->last_ns = g->busy_ns = 0;

@@ -9,7 +9,8 @@
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
 
-kd_status app_graph_check(const char *path) {
+kd_status app_graph_check(const char *path)
+{
     kd_file_out probe;
     char program[KD_PATH_MAX];
     kd_status status = kd_file_out_open(&probe, path);
@@ -22,7 +23,8 @@ kd_status app_graph_check(const char *path) {
     return KD_OK;
 }
 
-kd_status app_graph_write(const kd_schedule *s, const char *path) {
+kd_status app_graph_write(const kd_schedule *s, const char *path)
+{
     char dot[KD_PATH_MAX], svg[KD_PATH_MAX], option[KD_PATH_MAX + 2], line[256];
     app_child child;
     if (!kd_path_has_extension(path, ".svg"))

@@ -10,7 +10,8 @@
 #include "runtime/core/log.h"
 #include "runtime/core/nearest.h"
 
-static void print_program(void) {
+static void print_program(void)
+{
     printf("Kandil %s: animated scenes lit by their own voxels.\n\nusage: kandil COMMAND …\n\n", KD_VERSION);
     for (const app_command_row *row = app_commands; row->name; row++) {
         char left[64];
@@ -23,7 +24,8 @@ static void print_program(void) {
            "Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 interrupted.\n");
 }
 
-static void print_command(const app_command_row *row) {
+static void print_command(const app_command_row *row)
+{
     const app_option_row *options = app_command_options(row->command);
     printf("usage: kandil %s%s%s%s\n\n%s\n", row->name, row->subject ? " " : "",
            row->subject ? row->subject : "", options ? " [OPTIONS]" : "", row->doc);
@@ -42,7 +44,8 @@ static void print_command(const app_command_row *row) {
     }
 }
 
-static void print_choices(const kd_setting_row *row) {
+static void print_choices(const kd_setting_row *row)
+{
     if (row->words) {
         for (size_t i = 0; row->words[i]; i++)
             printf("%s%s", i ? "|" : "", row->words[i]);
@@ -54,7 +57,8 @@ static void print_choices(const kd_setting_row *row) {
     printf("%s%s", row->unit ? " " : "", row->unit ? row->unit : "");
 }
 
-static void print_settings(void) {
+static void print_settings(void)
+{
     size_t count;
     const kd_setting_row *rows = kd_settings_rows(&count);
     kd_settings defaults = kd_settings_defaults();
@@ -70,12 +74,14 @@ static void print_settings(void) {
            "param.NAME=VALUE is what the scenario gets by kandil.param(\"NAME\", default).\n");
 }
 
-static bool may_write(void *user, const char *component, const char *field) {
+static bool may_write(void *user, const char *component, const char *field)
+{
     (void)user;
     return app_may_write(component, field);
 }
 
-static kd_status print_reference(void) {
+static kd_status print_reference(void)
+{
     kd_world *w = kd_world_make();
     if (!w)
         return kd_fail(KD_NO_MEMORY, "out of memory");
@@ -85,7 +91,8 @@ static kd_status print_reference(void) {
     return KD_OK;
 }
 
-kd_status app_help_print(const char *topic) {
+kd_status app_help_print(const char *topic)
+{
     if (!topic) {
         print_program();
         return KD_OK;

@@ -8,8 +8,8 @@
 #include "runtime/core/log.h"
 
 /* Encode row by row, so that a picture of any size needs one row beside it. Returns an spng error. */
-static int encode_rows(spng_ctx *encoder, uint32_t width, uint32_t height, const uint8_t *rgba,
-                       uint8_t *row) {
+static int encode_rows(spng_ctx *encoder, uint32_t width, uint32_t height, const uint8_t *rgba, uint8_t *row)
+{
     int error =
         spng_encode_image(encoder, NULL, 0, SPNG_FMT_PNG, SPNG_ENCODE_PROGRESSIVE | SPNG_ENCODE_FINALIZE);
     for (uint32_t y = 0; y < height && error == 0; y++) {
@@ -25,14 +25,16 @@ static int encode_rows(spng_ctx *encoder, uint32_t width, uint32_t height, const
 }
 
 /* To the stream, or, when it is NULL, to memory that the caller frees. */
-static int encode(FILE *stream, void **data, size_t *size, uint32_t width, uint32_t height, const uint8_t *rgba,
-                  uint8_t *row) {
+static int encode(FILE *stream, void **data, size_t *size, uint32_t width, uint32_t height,
+                  const uint8_t *rgba, uint8_t *row)
+{
     struct spng_ihdr header = {
         .width = width, .height = height, .bit_depth = 8, .color_type = SPNG_COLOR_TYPE_TRUECOLOR};
     spng_ctx *encoder = spng_ctx_new(SPNG_CTX_ENCODER);
     if (!encoder)
         return SPNG_EMEM;
-    int error = stream ? spng_set_png_file(encoder, stream) : spng_set_option(encoder, SPNG_ENCODE_TO_BUFFER, 1);
+    int error =
+        stream ? spng_set_png_file(encoder, stream) : spng_set_option(encoder, SPNG_ENCODE_TO_BUFFER, 1);
     if (!error)
         error = spng_set_ihdr(encoder, &header);
     if (!error)
@@ -48,17 +50,19 @@ static int encode(FILE *stream, void **data, size_t *size, uint32_t width, uint3
     return error;
 }
 
-kd_status app_png_encode(uint32_t width, uint32_t height, const uint8_t *rgba, void **data, size_t *size) {
+kd_status app_png_encode(uint32_t width, uint32_t height, const uint8_t *rgba, void **data, size_t *size)
+{
     uint8_t *row = malloc((size_t)width * 3);
     int error = row ? encode(NULL, data, size, width, height, rgba, row) : SPNG_EMEM;
     free(row);
     if (error)
-        return kd_fail(KD_NO_MEMORY, "a picture of %ux%u could not be encoded (%s); choose another size", width,
-                       height, spng_strerror(error));
+        return kd_fail(KD_NO_MEMORY, "a picture of %ux%u could not be encoded (%s); choose another size",
+                       width, height, spng_strerror(error));
     return KD_OK;
 }
 
-kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgba) {
+kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgba)
+{
     kd_file_out file;
     kd_status status = kd_file_out_open(&file, path);
     if (status != KD_OK)
@@ -75,7 +79,8 @@ kd_status app_png_write(const char *path, uint32_t width, uint32_t height, const
     return kd_file_out_commit(&file); /* which also says what went wrong with the stream */
 }
 
-kd_status app_exr_write(const char *path, uint32_t width, uint32_t height, const uint16_t *rgba) {
+kd_status app_exr_write(const char *path, uint32_t width, uint32_t height, const uint16_t *rgba)
+{
     unsigned char *data = NULL;
     size_t count = (size_t)width * height, size = 0;
     uint16_t *planes = malloc(count * 3 * sizeof *planes);

@@ -9,7 +9,8 @@
 
 #define MAX_NODES_SHOWN 200
 
-static void print_meshes(const kd_model *m) {
+static void print_meshes(const kd_model *m)
+{
     for (uint32_t i = 0; i < m->mesh_count; i++) {
         const kd_mesh_desc *mesh = &m->meshes[i];
         uint64_t triangles = 0, vertices = 0;
@@ -28,7 +29,8 @@ static void print_meshes(const kd_model *m) {
     }
 }
 
-static void print_materials(const kd_model *m) {
+static void print_materials(const kd_model *m)
+{
     static const char *const alpha[] = {"", ", mask", ", blend"};
     for (uint32_t i = 0; i < m->material_count; i++) {
         const kd_material_desc *d = &m->materials[i];
@@ -43,7 +45,8 @@ static void print_materials(const kd_model *m) {
     }
 }
 
-static void print_clips(const kd_model *m) {
+static void print_clips(const kd_model *m)
+{
     for (uint32_t i = 0; i < m->skin_count; i++)
         printf("  skin %u '%s': %u joints\n", i, m->skins[i].name ? m->skins[i].name : "",
                m->skins[i].joint_count);
@@ -52,7 +55,8 @@ static void print_clips(const kd_model *m) {
                (double)m->clips[i].duration, m->clips[i].channel_count);
 }
 
-static void print_lights_and_cameras(const kd_model *m) {
+static void print_lights_and_cameras(const kd_model *m)
+{
     static const char *const kinds[] = {"directional", "point", "spot"};
     for (uint32_t i = 0; i < m->light_count; i++)
         printf("  light %u '%s': %s, intensity %g\n", i, m->lights[i].name ? m->lights[i].name : "",
@@ -62,7 +66,8 @@ static void print_lights_and_cameras(const kd_model *m) {
                m->cameras[i].orthographic ? "orthographic" : "perspective");
 }
 
-static uint32_t depth_of(const kd_model *m, uint32_t node) {
+static uint32_t depth_of(const kd_model *m, uint32_t node)
+{
     uint32_t depth = 0;
     while (m->nodes[node].parent != KD_NONE && depth < 40) {
         node = m->nodes[node].parent;
@@ -71,7 +76,8 @@ static uint32_t depth_of(const kd_model *m, uint32_t node) {
     return depth;
 }
 
-static void print_nodes(const kd_model *m) {
+static void print_nodes(const kd_model *m)
+{
     for (uint32_t i = 0; i < m->node_count && i < MAX_NODES_SHOWN; i++) {
         const kd_node_desc *n = &m->nodes[i];
         printf("  %*snode '%s'", (int)depth_of(m, i) * 2, "", n->name);
@@ -89,7 +95,8 @@ static void print_nodes(const kd_model *m) {
         printf("  … and %u nodes more\n", m->node_count - MAX_NODES_SHOWN);
 }
 
-static void print_model(const kd_model *m) {
+static void print_model(const kd_model *m)
+{
     printf("%s\n  made by %s\n", m->path,
            m->generator && *m->generator ? m->generator : "an unnamed program");
     printf("  %u nodes, %u meshes, %llu triangles, %u materials, %u images, %u skins, %u clips, %u lights, "
@@ -113,12 +120,14 @@ static void print_model(const kd_model *m) {
         printf("  warning: %s\n", m->warnings[i]);
 }
 
-kd_status app_info_print(const char *path) {
+kd_status app_info_print(const char *path)
+{
     kd_model *model;
     if (kd_path_has_extension(path, ".kvox"))
         return app_voxel_info(path);
     if (!kd_path_has_extension(path, ".gltf") && !kd_path_has_extension(path, ".glb"))
-        return kd_fail(KD_USAGE, "%s: unknown kind of file; give a .gltf or .glb model or a .kvox file", path);
+        return kd_fail(KD_USAGE, "%s: unknown kind of file; give a .gltf or .glb model or a .kvox file",
+                       path);
     kd_status status = kd_model_load(path, &model);
     if (status != KD_OK)
         return status;

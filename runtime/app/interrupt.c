@@ -5,12 +5,14 @@
 
 static volatile sig_atomic_t interrupted;
 
-static void note(int number) {
+static void note(int number)
+{
     (void)number;
     interrupted = 1;
 }
 
-void app_interrupt_install(void) {
+void app_interrupt_install(void)
+{
     static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
     struct sigaction action = {.sa_handler = note};
     interrupted = 0;
@@ -24,6 +26,7 @@ void app_interrupt_install(void) {
     sigaction(SIGXFSZ, &ignore, NULL); /* writing then fails, and says so */
 }
 
-bool app_interrupted(void) {
+bool app_interrupted(void)
+{
     return interrupted != 0;
 }

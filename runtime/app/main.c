@@ -1,5 +1,6 @@
 #include "runtime/app/app.h"
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     return kd_app_main(argc, argv);
 }

@@ -23,12 +23,14 @@ typedef struct hit {
 
 /* ---- triangles ---- */
 
-static bool shines(const kd_model *model, const kd_primitive_desc *p) {
+static bool shines(const kd_model *model, const kd_primitive_desc *p)
+{
     return p->index_count >= 3 && p->material < model->material_count &&
            kd_vec3_length(model->materials[p->material].emissive) > 0;
 }
 
-static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 *to_model) {
+static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 *to_model)
+{
     for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
         kd_vec3 *corner = s->corners + s->triangle_count++ * 3;
         for (uint32_t k = 0; k < 3; k++)
@@ -36,7 +38,8 @@ static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 
     }
 }
 
-static size_t count_triangles(const kd_model *model) {
+static size_t count_triangles(const kd_model *model)
+{
     size_t count = 0;
     for (uint32_t n = 0; n < model->node_count; n++) {
         if (model->nodes[n].mesh == KD_NONE)
@@ -48,7 +51,8 @@ static size_t count_triangles(const kd_model *model) {
     return count;
 }
 
-static bool has_emissive(const kd_model *model) {
+static bool has_emissive(const kd_model *model)
+{
     for (uint32_t n = 0; n < model->node_count; n++) {
         if (model->nodes[n].mesh == KD_NONE)
             continue;
@@ -61,7 +65,8 @@ static bool has_emissive(const kd_model *model) {
 }
 
 /* Gather all triangles. Errors NO_MEMORY; the caller frees s->corners. */
-static kd_status gather(const kd_model *model, soup *s) {
+static kd_status gather(const kd_model *model, soup *s)
+{
     size_t count = count_triangles(model);
     kd_mat4 *matrices = malloc((model->node_count + 1) * sizeof *matrices);
     *s = (soup){.corners = malloc((count * 3 + 1) * sizeof *s->corners)};
@@ -86,7 +91,8 @@ static kd_status gather(const kd_model *model, soup *s) {
 
 /* ---- rays; Source  Moeller and Trumbore 1997, Fast, Minimum Storage Ray/Triangle Intersection ---- */
 
-static hit cast(const soup *s, kd_vec3 from, kd_vec3 along) {
+static hit cast(const soup *s, kd_vec3 from, kd_vec3 along)
+{
     hit nearest = {FAR, false};
     for (size_t i = 0; i < s->triangle_count; i++) {
         const kd_vec3 *c = s->corners + i * 3;
@@ -108,7 +114,8 @@ static hit cast(const soup *s, kd_vec3 from, kd_vec3 along) {
 static const kd_vec3 axes[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}, {0, 1, 0}};
 
 /* A box open on one of its four walls: the other five axis rays from its middle meet inner faces. */
-static void look_for_open_box(const soup *s, kd_vec3 middle, app_survey *out) {
+static void look_for_open_box(const soup *s, kd_vec3 middle, app_survey *out)
+{
     int open = -1, inner = 0;
     for (int i = 0; i < 6; i++) {
         /* off the middle by a little: a light or an edge may lie exactly on an axis */
@@ -125,14 +132,16 @@ static void look_for_open_box(const soup *s, kd_vec3 middle, app_survey *out) {
     out->open_side = open >= 0 ? axes[open] : axes[2];
 }
 
-static float free_way(const soup *s, kd_vec3 eye, kd_vec3 along, float limit) {
+static float free_way(const soup *s, kd_vec3 eye, kd_vec3 along, float limit)
+{
     hit h = cast(s, eye, along);
     return h.distance < limit ? h.distance : limit;
 }
 
 /* Whether one can stand at `eye`: a floor below, and walls that face inwards on three sides of four at least.
  */
-static bool is_inside(const soup *s, kd_vec3 eye, float room) {
+static bool is_inside(const soup *s, kd_vec3 eye, float room)
+{
     int walls = 0;
     hit floor = cast(s, eye, axes[4]);
     for (int i = 0; i < 4; i++) {
@@ -142,7 +151,8 @@ static bool is_inside(const soup *s, kd_vec3 eye, float room) {
     return floor.distance < FAR && floor.faces_us && walls >= 3;
 }
 
-static void look_for_hall(const soup *s, app_survey *out) {
+static void look_for_hall(const soup *s, app_survey *out)
+{
     kd_vec3 extent = kd_vec3_sub(out->high, out->low),
             middle = kd_vec3_scale(kd_vec3_add(out->low, out->high), 0.5f);
     bool along_x = extent.x >= extent.z;
@@ -164,11 +174,13 @@ static void look_for_hall(const soup *s, app_survey *out) {
     out->eye = kd_vec3_add(eye, kd_vec3_scale(back, behind * 0.85f));
 }
 
-bool app_survey_lit_by_itself(const app_survey *s) {
+bool app_survey_lit_by_itself(const app_survey *s)
+{
     return s->has_emissive && (s->hall || s->open_box || s->closed_box);
 }
 
-kd_status app_survey_model(const kd_model *model, app_survey *out) {
+kd_status app_survey_model(const kd_model *model, app_survey *out)
+{
     soup s;
     *out = (app_survey){
         .low = model->bounds_min, .high = model->bounds_max, .has_animation = model->clip_count > 0};

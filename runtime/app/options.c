@@ -21,13 +21,15 @@
 #define MAX_BENCH_N 50000000
 
 /* Lists of words, for the readers and for the help. */
-#define GI_LIST(X)   X("cones") X("none")
-#define VIEW_LIST(X) \
-    X("final") X("direct") X("indirect") X("ao") X("specular") X("albedo") X("normal") X("depth") X("octree")
-#define CONTEXT_LIST(X) \
+#define GI_LIST(X) X("cones") X("none")
+#define VIEW_LIST(X)                                                                                         \
+    X("final") X("direct") X("indirect") X("ao") X("specular") X("albedo") X("normal") X("depth") X("octre"  \
+                                                                                                    "e")
+#define CONTEXT_LIST(X)                                                                                      \
     X("auto") X("glfw") X("egl") X("egl-device") X("egl-surfaceless") X("egl-software") X("osmesa")
-#define TERM_LIST(X) \
-    X("final") X("direct") X("indirect") X("diffuse") X("specular") X("ao") X("albedo") X("normal") X("depth")
+#define TERM_LIST(X)                                                                                         \
+    X("final") X("direct") X("indirect") X("diffuse") X("specular") X("ao") X("albedo") X("normal") X("dept" \
+                                                                                                      "h")
 #define WORD(word)   word,
 #define SPACED(word) " " word
 
@@ -59,19 +61,23 @@ const app_command_row app_commands[] = {
 
 /* ---- readers ---- */
 
-static kd_status read_frames(app_options *o, const char *text) {
+static kd_status read_frames(app_options *o, const char *text)
+{
     return app_read_integer("--frames", text, 0, MAX_FRAMES, &o->frames);
 }
 
-static kd_status read_seconds(app_options *o, const char *text) {
+static kd_status read_seconds(app_options *o, const char *text)
+{
     return app_read_real("--seconds", text, 0, 1e6, &o->seconds);
 }
 
-static kd_status read_fps(app_options *o, const char *text) {
+static kd_status read_fps(app_options *o, const char *text)
+{
     return app_read_real("--fps", text, 0.001, 10000, &o->fps);
 }
 
-static kd_status read_size(app_options *o, const char *text) {
+static kd_status read_size(app_options *o, const char *text)
+{
     char *x, *end;
     long width = strtol(text, &x, 10), height = *x == 'x' ? strtol(x + 1, &end, 10) : 0;
     if (!isdigit((unsigned char)*text) || *x != 'x' || !isdigit((unsigned char)x[1]) || *end)
@@ -84,14 +90,16 @@ static kd_status read_size(app_options *o, const char *text) {
     return KD_OK;
 }
 
-static kd_status read_seed(app_options *o, const char *text) {
+static kd_status read_seed(app_options *o, const char *text)
+{
     int64_t value = 0;
     kd_status status = app_read_integer("--seed", text, 0, INT64_MAX, &value);
     o->seed = (uint64_t)value;
     return status;
 }
 
-static kd_status read_threads(app_options *o, const char *text) {
+static kd_status read_threads(app_options *o, const char *text)
+{
     int64_t value = 0;
     kd_status status = app_read_integer("--threads", text, 0, KD_MAX_WORKERS, &value);
     o->threads = (uint32_t)value;
@@ -100,7 +108,8 @@ static kd_status read_threads(app_options *o, const char *text) {
 
 /* Check the number in a path such as shot_%04d.png: one conversion, of an integer, at most nine digits wide.
  */
-static kd_status check_pattern(const char *path, bool *is_pattern) {
+static kd_status check_pattern(const char *path, bool *is_pattern)
+{
     const char *percent = strchr(path, '%'), *p = percent ? percent + 1 : NULL;
     *is_pattern = percent != NULL;
     if (!percent)
@@ -114,7 +123,8 @@ static kd_status check_pattern(const char *path, bool *is_pattern) {
     return KD_OK;
 }
 
-static kd_status read_out(app_options *o, const char *text) {
+static kd_status read_out(app_options *o, const char *text)
+{
     app_output output = {0};
     kd_status status = app_read_path("--out", text, &output.path);
     if (status == KD_OK)
@@ -128,7 +138,8 @@ static kd_status read_out(app_options *o, const char *text) {
     else if (kd_path_has_extension(text, ".mp4") || kd_path_has_extension(text, ".webm"))
         output.kind = APP_OUTPUT_FILM;
     else
-        return kd_fail(KD_USAGE, "--out: %s: unknown kind of file; end the name in .png, .exr, .mp4 or .webm", text);
+        return kd_fail(KD_USAGE, "--out: %s: unknown kind of file; end the name in .png, .exr, .mp4 or .webm",
+                       text);
     if (output.kind == APP_OUTPUT_FILM && output.every_frame)
         return kd_fail(KD_USAGE, "--out: %s: a film is one file; leave the frame number out", text);
     output.every_frame = output.every_frame || output.kind == APP_OUTPUT_FILM;
@@ -139,37 +150,44 @@ static kd_status read_out(app_options *o, const char *text) {
     return KD_OK;
 }
 
-static kd_status read_context(app_options *o, const char *text) {
+static kd_status read_context(app_options *o, const char *text)
+{
     int api = 0;
     kd_status status = app_read_word("--context", text, context_words, &api);
     o->context = (kd_context_api)api;
     return status;
 }
 
-static kd_status read_asset_root(app_options *o, const char *text) {
+static kd_status read_asset_root(app_options *o, const char *text)
+{
     return app_read_path("--asset-root", text, &o->roots[o->root_count++]);
 }
 
-static kd_status read_gi(app_options *o, const char *text) {
+static kd_status read_gi(app_options *o, const char *text)
+{
     return app_read_word("--gi", text, app_gi_words, &o->gi);
 }
 
-static kd_status read_view(app_options *o, const char *text) {
+static kd_status read_view(app_options *o, const char *text)
+{
     return app_read_word("--view", text, app_view_words, &o->view);
 }
 
-bool app_is_param(const char *assignment) {
+bool app_is_param(const char *assignment)
+{
     return strncmp(assignment, APP_PARAM_PREFIX, strlen(APP_PARAM_PREFIX)) == 0;
 }
 
-bool app_is_entity_field(const char *assignment) {
+bool app_is_entity_field(const char *assignment)
+{
     size_t key = strcspn(assignment, "="), dots = 0;
     for (size_t i = 0; i < key; i++)
         dots += assignment[i] == '.';
     return dots >= 2 && !kd_settings_find(assignment, key);
 }
 
-static kd_status read_set(app_options *o, const char *text) {
+static kd_status read_set(app_options *o, const char *text)
+{
     kd_settings scratch = kd_settings_defaults();
     if (!strchr(text, '=') || *text == '=')
         return kd_fail(KD_USAGE,
@@ -179,13 +197,15 @@ static kd_status read_set(app_options *o, const char *text) {
     return app_is_param(text) || app_is_entity_field(text) ? KD_OK : kd_settings_set(&scratch, text);
 }
 
-static kd_status read_resume(app_options *o, const char *text) {
+static kd_status read_resume(app_options *o, const char *text)
+{
     (void)text;
     o->resume = true;
     return KD_OK;
 }
 
-static kd_status read_level(app_options *o, const char *text) {
+static kd_status read_level(app_options *o, const char *text)
+{
     static char assignment[32]; /* one command line a process */
     int64_t level = 0;
     kd_status status = app_read_integer("--level", text, 0, 15, &level);
@@ -195,75 +215,88 @@ static kd_status read_level(app_options *o, const char *text) {
     return status;
 }
 
-static kd_status read_profile(app_options *o, const char *text) {
+static kd_status read_profile(app_options *o, const char *text)
+{
     if (strcmp(text, "table") == 0) {
         o->profile = text;
         return KD_OK;
     }
     if (!kd_path_has_extension(text, ".json") && !kd_path_has_extension(text, ".pftrace"))
-        return kd_fail(KD_USAGE, "--profile: '%s' is not supported; give table, FILE.json or FILE.pftrace", text);
+        return kd_fail(KD_USAGE, "--profile: '%s' is not supported; give table, FILE.json or FILE.pftrace",
+                       text);
     if (o->trace_count == APP_MAX_TRACES)
         return kd_fail(KD_USAGE, "--profile: more than %d files; leave one out", APP_MAX_TRACES);
     return app_read_path("--profile", text, &o->traces[o->trace_count++]);
 }
 
-static kd_status read_compare_profile(app_options *o, const char *text) {
+static kd_status read_compare_profile(app_options *o, const char *text)
+{
     return app_read_path("--compare-profile", text, &o->compare_profile);
 }
 
-static kd_status read_stats(app_options *o, const char *text) {
+static kd_status read_stats(app_options *o, const char *text)
+{
     return app_read_path("--stats", text, &o->stats);
 }
 
-static kd_status read_graph(app_options *o, const char *text) {
+static kd_status read_graph(app_options *o, const char *text)
+{
     if (!kd_path_has_extension(text, ".dot") && !kd_path_has_extension(text, ".svg"))
         return kd_fail(KD_USAGE, "--graph: %s: unknown kind of file; end the name in .dot or .svg", text);
     return app_read_path("--graph", text, &o->graph);
 }
 
-static kd_status read_json(app_options *o, const char *text) {
+static kd_status read_json(app_options *o, const char *text)
+{
     return app_read_path("--json", text, &o->json);
 }
 
-static kd_status read_bench_n(app_options *o, const char *text) {
+static kd_status read_bench_n(app_options *o, const char *text)
+{
     int64_t value = 0;
     kd_status status = app_read_integer("--n", text, 1, MAX_BENCH_N, &value);
     o->bench_n = (uint32_t)value;
     return status;
 }
 
-static kd_status read_bench_case(app_options *o, const char *text) {
+static kd_status read_bench_case(app_options *o, const char *text)
+{
     o->bench_case = text;
     return KD_OK;
 }
 
 /* ---- readers of what `kandil voxelize` is asked for ---- */
 
-static kd_status read_kvox(app_options *o, const char *text) {
+static kd_status read_kvox(app_options *o, const char *text)
+{
     if (!kd_path_has_extension(text, ".kvox"))
         return kd_fail(KD_USAGE, "-o: %s: voxels go to a .kvox file; end the name so", text);
     return app_read_path("-o", text, &o->voxelizing.out);
 }
 
-static kd_status read_span(app_options *o, const char *text) {
+static kd_status read_span(app_options *o, const char *text)
+{
     return app_read_real("--span", text, 1e-4, 100, &o->voxelizing.span);
 }
 
-static kd_status read_resolution(app_options *o, const char *text) {
+static kd_status read_resolution(app_options *o, const char *text)
+{
     int64_t value = 0;
     kd_status status = app_read_integer("--resolution", text, 1, 4096, &value);
     o->voxelizing.resolution = (uint32_t)value;
     return status;
 }
 
-static kd_status read_cascades(app_options *o, const char *text) {
+static kd_status read_cascades(app_options *o, const char *text)
+{
     int64_t value = 0;
     kd_status status = app_read_integer("--cascades", text, 1, 4, &value);
     o->voxelizing.levels = (uint32_t)value;
     return status;
 }
 
-static kd_status read_separating(app_options *o, const char *text) {
+static kd_status read_separating(app_options *o, const char *text)
+{
     static const char *const words[] = {"6", "26", NULL};
     int word = 0;
     kd_status status = app_read_word("--separating", text, words, &word);
@@ -271,29 +304,34 @@ static kd_status read_separating(app_options *o, const char *text) {
     return status;
 }
 
-static kd_status read_fill(app_options *o, const char *text) {
+static kd_status read_fill(app_options *o, const char *text)
+{
     (void)text;
     o->voxelizing.fill = true;
     return KD_OK;
 }
 
-static kd_status read_voxels(app_options *o, const char *text) {
+static kd_status read_voxels(app_options *o, const char *text)
+{
     return app_read_path("--voxels", text, &o->voxels);
 }
 
-static kd_status read_window(app_options *o, const char *text) {
+static kd_status read_window(app_options *o, const char *text)
+{
     (void)text;
     o->window = true;
     return KD_OK;
 }
 
-static kd_status read_profile_sync(app_options *o, const char *text) {
+static kd_status read_profile_sync(app_options *o, const char *text)
+{
     (void)text;
     o->profile_sync = true;
     return KD_OK;
 }
 
-static kd_status read_quiet(app_options *o, const char *text) {
+static kd_status read_quiet(app_options *o, const char *text)
+{
     (void)text;
     o->quiet = true;
     return KD_OK;
@@ -318,11 +356,13 @@ static const app_option_row run_options[] = {
     {"--gi", "TECHNIQUE", read_gi, "indirect light, the first by default:" GI_LIST(SPACED)},
     {"--set", "KEY=VALUE", read_set,
      "repeatable: a setting, or an entity's field such as lamp.light.intensity=5"},
-    {"--voxels", "FILE.kvox", read_voxels, "take voxels from a file that `kandil voxelize` has written for this scene"},
+    {"--voxels", "FILE.kvox", read_voxels,
+     "take voxels from a file that `kandil voxelize` has written for this scene"},
     {"--view", "VIEW", read_view, "what the picture shows, one of:" VIEW_LIST(SPACED)},
     {"--level", "L", read_level, "tree level that --view octree shows; default: the finest"},
     {"--profile", "table|FILE", read_profile,
-     "print the time of every system at the end, or write the whole timeline (.json for Chrome, .pftrace for Perfetto); repeatable"},
+     "print the time of every system at the end, or write the whole timeline (.json for Chrome, .pftrace for "
+     "Perfetto); repeatable"},
     {"--compare-profile", "OLD.json", read_compare_profile,
      "say which systems became slower since an earlier --profile FILE.json"},
     {"--profile-sync", NULL, read_profile_sync,
@@ -335,9 +375,11 @@ static const app_option_row run_options[] = {
 
 static const app_option_row voxelize_options[] = {
     {"-o", "FILE.kvox", read_kvox, "file to write"},
-    {"--span", "M", read_span, "edge of the finest voxels in metres; default: what `kandil run` takes for the scene"},
+    {"--span", "M", read_span,
+     "edge of the finest voxels in metres; default: what `kandil run` takes for the scene"},
     {"--resolution", "N", read_resolution, "voxels along the longest side of the scene, instead of a span"},
-    {"--cascades", "N", read_cascades, "spans, each twice the one before; default: the setting voxels.cascades"},
+    {"--cascades", "N", read_cascades,
+     "spans, each twice the one before; default: the setting voxels.cascades"},
     {"--separating", "6|26", read_separating,
      "26, the default: every cell that a surface touches; 6: thin, no path by faces gets through"},
     {"--fill", NULL, read_fill, "fill closed meshes"},
@@ -359,8 +401,7 @@ static const app_option_row reference_options[] = {
      "bounces of light; 0: what comes straight from lights, emitters and sky; default inf"},
     {"--gathers", "N|inf", app_read_gathers,
      "count as the renderer's light.bounces: lights bounce N times, light of emitters and sky once less"},
-    {"--terms", "LIST", app_read_terms,
-     "what to write, a list of: " TERM_LIST(SPACED) "; default final"},
+    {"--terms", "LIST", app_read_terms, "what to write, a list of: " TERM_LIST(SPACED) "; default final"},
     {"--frame", "N", app_read_frame,
      "frame to show, from 0; default: the last that `kandil run` would render"},
     {"--frames", "N", read_frames, "number of frames, of which the last is shown"},
@@ -373,7 +414,8 @@ static const app_option_row reference_options[] = {
     {"--pixel", "area|centre", app_read_pixel,
      "mean over the pixel's area, the default, or rays through its middle as `kandil run` does"},
     {"--lambert", NULL, app_read_lambert,
-     "materials are their base colour alone, ideally diffuse, lit from both sides, maps interpolated as stored"},
+     "materials are their base colour alone, ideally diffuse, lit from both sides, maps interpolated as "
+     "stored"},
     {"--time-budget", "S", app_read_time_budget, "end after so many seconds with the samples done by then"},
     {"--noise", "X", app_read_noise, "end when the mean relative squared error is about X"},
     {"--asset-root", "DIR", read_asset_root,
@@ -391,8 +433,7 @@ static const app_option_row compare_options[] = {
     {"--report", "DIR", app_read_report, "write report.html, report.json and every picture to a folder"},
     {"--gi", "LIST", app_read_techniques, "techniques of a scene, some of:" GI_LIST(SPACED) "; default: all"},
     {"--spp", "N", app_read_spp, "samples a pixel of the reference; default 64"},
-    {"--bounces", "N|inf", app_read_bounces,
-     "bounces of light in the reference, as for `kandil reference`"},
+    {"--bounces", "N|inf", app_read_bounces, "bounces of light in the reference, as for `kandil reference`"},
     {"--gathers", "N|inf", app_read_gathers,
      "count as the setting light.bounces does, and by default as it says"},
     {"--frame", "N", app_read_frame,
@@ -425,33 +466,30 @@ static const app_option_row bench_options[] = {
     {NULL, NULL, NULL, NULL},
 };
 
-const app_option_row *app_command_options(app_command command) {
+const app_option_row *app_command_options(app_command command)
+{
     switch (command) {
-    case APP_RUN:
-        return run_options;
-    case APP_REFERENCE:
-        return reference_options;
-    case APP_VOXELIZE:
-        return voxelize_options;
-    case APP_COMPARE:
-        return compare_options;
-    case APP_BENCH:
-        return bench_options;
-    default:
-        return NULL;
+    case APP_RUN: return run_options;
+    case APP_REFERENCE: return reference_options;
+    case APP_VOXELIZE: return voxelize_options;
+    case APP_COMPARE: return compare_options;
+    case APP_BENCH: return bench_options;
+    default: return NULL;
     }
 }
 
 /* ---- the command line ---- */
 
-static const app_option_row *find_option(const app_option_row *rows, const char *name, size_t length) {
+static const app_option_row *find_option(const app_option_row *rows, const char *name, size_t length)
+{
     for (const app_option_row *row = rows; row->name; row++)
         if (strlen(row->name) == length && strncmp(row->name, name, length) == 0)
             return row;
     return NULL;
 }
 
-static kd_status fail_unknown_option(const app_option_row *rows, const char *command, const char *name) {
+static kd_status fail_unknown_option(const app_option_row *rows, const char *command, const char *name)
+{
     kd_nearest near = kd_nearest_to(name);
     for (const app_option_row *row = rows; row->name; row++)
         kd_nearest_offer(&near, row->name);
@@ -461,7 +499,8 @@ static kd_status fail_unknown_option(const app_option_row *rows, const char *com
 }
 
 /* Read the option at argv[*i], and its value behind '=' or in the next argument. */
-static kd_status read_option(app_options *out, const char *command, int argc, char **argv, int *i) {
+static kd_status read_option(app_options *out, const char *command, int argc, char **argv, int *i)
+{
     const char *argument = argv[*i], *equals = strchr(argument, '=');
     size_t length = equals ? (size_t)(equals - argument) : strlen(argument);
     const app_option_row *rows = app_command_options(out->command);
@@ -480,7 +519,8 @@ static kd_status read_option(app_options *out, const char *command, int argc, ch
     return row->read(out, argv[++*i]);
 }
 
-static kd_status read_bench(app_options *out, const char *text) {
+static kd_status read_bench(app_options *out, const char *text)
+{
     static const char *const words[] = {"all", "ecs", "jobs", NULL};
     int bench = 0;
     kd_status status = app_read_word("bench", text, words, &bench);
@@ -488,7 +528,8 @@ static kd_status read_bench(app_options *out, const char *text) {
     return status;
 }
 
-static kd_status read_subject(app_options *out, const app_command_row *row, const char *text) {
+static kd_status read_subject(app_options *out, const app_command_row *row, const char *text)
+{
     if (!row->subject)
         return kd_fail(KD_USAGE, "unexpected argument '%s'; `kandil %s` takes none", text, row->name);
     if (row->command == APP_COMPARE && out->subject && !out->second) {
@@ -502,14 +543,16 @@ static kd_status read_subject(app_options *out, const app_command_row *row, cons
     return out->command == APP_BENCH ? read_bench(out, text) : KD_OK;
 }
 
-static const app_command_row *find_command(const char *name) {
+static const app_command_row *find_command(const char *name)
+{
     for (const app_command_row *row = app_commands; row->name; row++)
         if (strcmp(row->name, name) == 0)
             return row;
     return NULL;
 }
 
-static kd_status fail_unknown_command(const char *name) {
+static kd_status fail_unknown_command(const char *name)
+{
     kd_nearest near = kd_nearest_to(name);
     for (const app_command_row *row = app_commands; row->name; row++)
         kd_nearest_offer(&near, row->name);
@@ -521,11 +564,13 @@ static kd_status fail_unknown_command(const char *name) {
     return kd_fail(KD_USAGE, "unknown command '%s'; `kandil help` lists all", name);
 }
 
-static bool is_help(const char *text) {
+static bool is_help(const char *text)
+{
     return strcmp(text, "--help") == 0 || strcmp(text, "-h") == 0;
 }
 
-static kd_status read_arguments(app_options *out, const app_command_row *row, int argc, char **argv) {
+static kd_status read_arguments(app_options *out, const app_command_row *row, int argc, char **argv)
+{
     bool options_end = false;
     kd_status status = KD_OK;
     for (int i = 2; i < argc && status == KD_OK; i++) {
@@ -553,7 +598,8 @@ static kd_status read_arguments(app_options *out, const app_command_row *row, in
 }
 
 /* Every list has room for one entry an argument. */
-static kd_status make_lists(app_options *out, int argc) {
+static kd_status make_lists(app_options *out, int argc)
+{
     size_t count = (size_t)(argc > 0 ? argc : 0) + 1;
     char *memory = calloc(count, sizeof *out->outputs + 2 * sizeof *out->roots);
     if (!memory)
@@ -565,7 +611,8 @@ static kd_status make_lists(app_options *out, int argc) {
     return KD_OK;
 }
 
-kd_status app_options_parse(int argc, char **argv, app_options *out) {
+kd_status app_options_parse(int argc, char **argv, app_options *out)
+{
     *out = (app_options){.command = APP_HELP, .frames = -1, .seconds = -1, .gi = -1, .view = -1};
     out->tracing = (app_tracing){.frame = -1, .bounces = KD_REFERENCE_ENDLESS};
     if (argc < 2)
@@ -581,7 +628,8 @@ kd_status app_options_parse(int argc, char **argv, app_options *out) {
         return fail_unknown_command(argv[1]);
     kd_status status = make_lists(out, argc);
     out->command = row->command;
-    out->tracing.centre = row->command == APP_COMPARE; /* the renderer's own way, so that light alone differs */
+    out->tracing.centre =
+        row->command == APP_COMPARE; /* the renderer's own way, so that light alone differs */
     if (status == KD_OK)
         status = read_arguments(out, row, argc, argv);
     if (status != KD_OK)
@@ -589,7 +637,8 @@ kd_status app_options_parse(int argc, char **argv, app_options *out) {
     return status;
 }
 
-void app_options_fini(app_options *options) {
+void app_options_fini(app_options *options)
+{
     free(options->memory);
     options->memory = NULL;
     options->output_count = options->root_count = options->set_count = 0;

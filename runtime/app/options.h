@@ -12,7 +12,14 @@
 #include "runtime/gpu/gpu.h"
 
 typedef enum app_command {
-    APP_HELP, APP_VERSION, APP_RUN, APP_INFO, APP_DOCTOR, APP_BENCH, APP_REFERENCE, APP_COMPARE,
+    APP_HELP,
+    APP_VERSION,
+    APP_RUN,
+    APP_INFO,
+    APP_DOCTOR,
+    APP_BENCH,
+    APP_REFERENCE,
+    APP_COMPARE,
     APP_VOXELIZE
 } app_command;
 
@@ -27,8 +34,8 @@ typedef struct app_output {
 
 /* What the path tracer is asked for. */
 typedef struct app_tracing {
-    int64_t frame;  /* -1: the last that --frames, --seconds or the scenario give */
-    uint32_t spp;   /* 0: not said */
+    int64_t frame;   /* -1: the last that --frames, --seconds or the scenario give */
+    uint32_t spp;    /* 0: not said */
     int32_t bounces; /* KD_REFERENCE_ENDLESS: no limit */
     bool bounces_said, gathered;
     uint32_t terms; /* bits by kd_reference_term; 0: the final picture alone */
@@ -42,7 +49,7 @@ typedef struct app_voxelizing {
     double span;         /* m */
     uint32_t resolution; /* voxels along the longest side of the scene, instead of a span */
     uint32_t levels;
-    int separating;      /* 6, 26 */
+    int separating; /* 6, 26 */
     bool fill;
 } app_voxelizing;
 
@@ -59,18 +66,18 @@ typedef struct app_options {
     uint64_t seed;
     uint32_t threads; /* 0: one per processor */
     kd_context_api context;
-    int gi, view;        /* kd_gi_technique, kd_view_mode; -1: not said */
-    const char *profile; /* "table" or NULL */
+    int gi, view;                       /* kd_gi_technique, kd_view_mode; -1: not said */
+    const char *profile;                /* "table" or NULL */
     const char *traces[APP_MAX_TRACES]; /* paths of timelines */
     uint32_t trace_count;
     const char *compare_profile; /* path of an earlier timeline, or NULL */
     bool profile_sync, window, quiet, resume;
     const char *stats, *graph; /* paths or NULL */
     app_bench bench;
-    uint32_t bench_n;       /* 0: not said */
-    const char *bench_case; /* a part of the names of cases, or NULL */
+    uint32_t bench_n;                 /* 0: not said */
+    const char *bench_case;           /* a part of the names of cases, or NULL */
     const char *json, *html, *report; /* paths or NULL */
-    uint32_t techniques;    /* bits by kd_gi_technique; 0: not said */
+    uint32_t techniques;              /* bits by kd_gi_technique; 0: not said */
     app_tracing tracing;
     app_voxelizing voxelizing;
     const char *voxels; /* a .kvox file to take voxels from, or NULL */

@@ -36,7 +36,8 @@ typedef struct run {
 /* ---- before the frames ---- */
 
 /* Find out what would fail at the end. */
-static kd_status check_outputs(const app_options *o) {
+static kd_status check_outputs(const app_options *o)
+{
     kd_file_out probe;
     kd_status status = app_capture_check(o);
     if (status == KD_OK && o->stats) {
@@ -54,7 +55,8 @@ static kd_status check_outputs(const app_options *o) {
     return status == KD_OK && o->graph ? app_graph_check(o->graph) : status;
 }
 
-static kd_status open_gpu(run *r) {
+static kd_status open_gpu(run *r)
+{
     return kd_gpu_open(
         &(kd_gpu_desc){
             .api = r->options->context,
@@ -69,7 +71,8 @@ static kd_status open_gpu(run *r) {
 }
 
 /* Timing each system costs a little: only when someone will look. */
-static app_timing_mode timing_mode(const run *r) {
+static app_timing_mode timing_mode(const run *r)
+{
     const app_options *o = r->options;
     if (!o->profile && !o->stats && !o->trace_count && !o->compare_profile)
         return APP_TIMING_OFF;
@@ -77,7 +80,8 @@ static app_timing_mode timing_mode(const run *r) {
                                                                          : APP_TIMING_STAMPS;
 }
 
-static kd_status configure_schedule(run *r) {
+static kd_status configure_schedule(run *r)
+{
     const kd_settings *settings = &r->scene.settings;
     kd_schedule_set_step(r->schedule, 1 / r->scene.fps);
     kd_schedule_randomize(r->schedule, (uint64_t)settings->debug_shuffle);
@@ -87,7 +91,8 @@ static kd_status configure_schedule(run *r) {
     return status;
 }
 
-static kd_status open_schedule(run *r) {
+static kd_status open_schedule(run *r)
+{
     r->schedule = kd_schedule_make(r->world, r->jobs, r->gpu);
     if (!r->schedule)
         return kd_fail(KD_NO_MEMORY, "out of memory");
@@ -109,7 +114,8 @@ static kd_status open_schedule(run *r) {
     return status == KD_OK ? configure_schedule(r) : status;
 }
 
-static kd_status open_all(run *r) {
+static kd_status open_all(run *r)
+{
     kd_status status = check_outputs(r->options);
     if (status != KD_OK)
         return status;
@@ -133,7 +139,8 @@ static kd_status open_all(run *r) {
 
 /* ---- the frames ---- */
 
-static kd_status run_frame(run *r, uint64_t index) {
+static kd_status run_frame(run *r, uint64_t index)
+{
     app_timing_frame_begin(&r->timing);
     app_timing_section(&r->timing, APP_ROW_SCENARIO, true);
     kd_status status = app_scene_step(&r->scene, index);
@@ -152,7 +159,8 @@ static kd_status run_frame(run *r, uint64_t index) {
 }
 
 /* A file that was asked for and holds nothing of what the first frame shows is of something else. */
-static kd_status check_voxels(const run *r) {
+static kd_status check_voxels(const run *r)
+{
     const kd_voxel_scene *scene = kd_singleton(r->world, kd_voxel_scene);
     if (!scene->given || !scene->cache_count || scene->given_used)
         return KD_OK;
@@ -162,7 +170,8 @@ static kd_status check_voxels(const run *r) {
                    r->options->voxels);
 }
 
-static void present(run *r) {
+static void present(run *r)
+{
     uint32_t width, height;
     const kd_picture *picture = kd_singleton(r->world, kd_picture);
     kd_gpu_window_size(r->gpu, &width, &height);
@@ -170,7 +179,8 @@ static void present(run *r) {
     kd_gpu_window_present(r->gpu);
 }
 
-static bool wants_more(run *r, bool endless) {
+static bool wants_more(run *r, bool endless)
+{
     if (r->options->window && kd_gpu_window_should_close(r->gpu))
         return false;
     return endless || r->done < r->frame_count;
@@ -178,22 +188,25 @@ static bool wants_more(run *r, bool endless) {
 
 /* ---- frames that are there already ---- */
 
-/* Frames rendered before one that is wanted. What the GPU keeps from frame to frame changes no picture but for
- * light that goes on being reflected: after this many frames less than a hundredth of what is missing is left,
- * with surfaces that reflect eight tenths. */
+/* Frames rendered before one that is wanted. What the GPU keeps from frame to frame changes no picture but
+ * for light that goes on being reflected: after this many frames less than a hundredth of what is missing is
+ * left, with surfaces that reflect eight tenths. */
 enum { FIRST_FRAMES = 1, WARM_UP_FRAMES = 2, BOUNCE_FRAMES = 21 };
 
-static uint64_t warm_up_frames(const run *r) {
+static uint64_t warm_up_frames(const run *r)
+{
     return r->scene.settings.light_bounces > KD_BOUNCES_ONE ? BOUNCE_FRAMES : WARM_UP_FRAMES;
 }
 
-static bool is_finished(const run *r, uint64_t frame) {
+static bool is_finished(const run *r, uint64_t frame)
+{
     return frame < r->frame_count && !app_capture_wants(r->capture, frame, frame + 1 == r->frame_count);
 }
 
 /* Neither the frame nor those for which it would warm up are wanted. The first is rendered in any case: what
  * is made once, such as the voxels of a skin, starts from its pose. */
-static bool may_leave_out(const run *r, uint64_t frame) {
+static bool may_leave_out(const run *r, uint64_t frame)
+{
     if (frame < FIRST_FRAMES)
         return false;
     for (uint64_t i = frame; i <= frame + warm_up_frames(r) && i < r->frame_count; i++)
@@ -203,7 +216,8 @@ static bool may_leave_out(const run *r, uint64_t frame) {
 }
 
 /* The simulation goes through every frame, the GPU through those that are wanted. */
-static void choose_work(run *r) {
+static void choose_work(run *r)
+{
     bool without_gpu = may_leave_out(r, r->done);
     app_capture_rest(r->capture, is_finished(r, r->done));
     r->left_out += without_gpu;
@@ -217,7 +231,8 @@ static void choose_work(run *r) {
     r->without_gpu = without_gpu;
 }
 
-static kd_status run_frames(run *r) {
+static kd_status run_frames(run *r)
+{
     kd_status status = KD_OK;
     bool endless = r->options->window && r->options->frames < 0 && r->options->seconds < 0;
     while (status == KD_OK && wants_more(r, endless)) {
@@ -241,7 +256,8 @@ static kd_status run_frames(run *r) {
 /* ---- after the frames ---- */
 
 /* An interrupted run keeps its frames and shows the last one; a failed run keeps the frames alone. */
-static kd_status finish(run *r, kd_status status) {
+static kd_status finish(run *r, kd_status status)
+{
     app_console_clear();
     app_timing_finish(&r->timing);
     if (r->left_out)
@@ -275,7 +291,8 @@ static kd_status finish(run *r, kd_status status) {
     return status;
 }
 
-static void close_all(run *r) {
+static void close_all(run *r)
+{
     app_capture_close(r->capture);
     if (r->schedule)
         kd_schedule_destroy(r->schedule);
@@ -290,7 +307,8 @@ static void close_all(run *r) {
         kd_jobs_destroy(r->jobs);
 }
 
-kd_status app_run(const app_options *options) {
+kd_status app_run(const app_options *options)
+{
     run r = {.options = options};
     app_interrupt_install();
     kd_status status = open_all(&r);

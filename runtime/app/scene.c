@@ -17,14 +17,16 @@
 
 /* ---- what was loaded ---- */
 
-const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key) {
+const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key)
+{
     for (uint32_t i = 0; i < scene->loaded_count; i++)
         if (strcmp(scene->loaded[i].key, key) == 0)
             return &scene->loaded[i];
     return NULL;
 }
 
-kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model) {
+kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model)
+{
     if (scene->loaded_count == scene->loaded_capacity) {
         uint32_t capacity = scene->loaded_capacity ? scene->loaded_capacity * 2 : 16;
         app_loaded *grown = realloc(scene->loaded, capacity * sizeof *grown);
@@ -40,7 +42,8 @@ kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model
     return KD_OK;
 }
 
-kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out) {
+kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out)
+{
     const app_loaded *known = app_scene_find_loaded(scene, path);
     if (known) {
         *out = known->model;
@@ -63,7 +66,8 @@ kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out) {
 
 /* ---- what may be set ---- */
 
-bool app_may_write(const char *component, const char *field) {
+bool app_may_write(const char *component, const char *field)
+{
     static const char *const own[] = {"local_matrix",
                                       "world_transform",
                                       "mesh_instance",
@@ -97,7 +101,8 @@ bool app_may_write(const char *component, const char *field) {
 }
 
 /* Apply NAME.component.field=VALUE. */
-static kd_status set_entity_field(kd_world *w, const char *assignment) {
+static kd_status set_entity_field(kd_world *w, const char *assignment)
+{
     kd_entity entity;
     kd_field_ref ref;
     size_t length = strcspn(assignment, "=");
@@ -115,7 +120,8 @@ static kd_status set_entity_field(kd_world *w, const char *assignment) {
 
 /* ---- loading ---- */
 
-void app_register_components(kd_world *w) {
+void app_register_components(kd_world *w)
+{
     (void)KD_ID(w, kd_transform);
     (void)KD_ID(w, kd_local_matrix);
     (void)KD_ID(w, kd_world_transform);
@@ -130,7 +136,8 @@ void app_register_components(kd_world *w) {
 
 /* The command line is applied before loading, so that framing knows size and settings, and after it, since it
  * has the last word over a scenario; entities exist only then. */
-static kd_status apply_options(app_scene *scene, const app_options *o, bool loaded) {
+static kd_status apply_options(app_scene *scene, const app_options *o, bool loaded)
+{
     kd_status status = KD_OK;
     if (o->width) {
         scene->width = o->width;
@@ -152,7 +159,8 @@ static kd_status apply_options(app_scene *scene, const app_options *o, bool load
     return status;
 }
 
-kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options) {
+kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options)
+{
     *scene = (app_scene){.world = world,
                          .width = 640,
                          .height = 360,
@@ -176,7 +184,8 @@ kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *o
     return status;
 }
 
-uint64_t app_scene_frames(const app_scene *scene, const app_options *o) {
+uint64_t app_scene_frames(const app_scene *scene, const app_options *o)
+{
     double seconds = o->seconds >= 0 ? o->seconds : scene->seconds >= 0 ? scene->seconds : 4;
     if (o->frames >= 0)
         return (uint64_t)o->frames;
@@ -191,14 +200,16 @@ uint64_t app_scene_frames(const app_scene *scene, const app_options *o) {
 
 /* ---- stepping ---- */
 
-static void turn(const app_scene *scene, double time_s) {
+static void turn(const app_scene *scene, double time_s)
+{
     kd_transform *t = kd_find_mut(scene->world, scene->turntable, kd_transform);
     double half = fmod(TURN_DEG_PER_S * time_s, 360.0) * 0.5 * 3.14159265358979323846 / 180.0;
     if (t)
         t->rotation = (kd_quat){0, (float)sin(half), 0, (float)cos(half)};
 }
 
-kd_status app_scene_step(app_scene *scene, uint64_t index) {
+kd_status app_scene_step(app_scene *scene, uint64_t index)
+{
     kd_frame *frame = kd_singleton(scene->world, kd_frame);
     double time_s = (double)index / scene->fps, dt_s = 1 / scene->fps;
     scene->started = true;
@@ -215,7 +226,8 @@ kd_status app_scene_step(app_scene *scene, uint64_t index) {
     return scene->script ? kd_script_step(scene->script, time_s, dt_s) : KD_OK;
 }
 
-void app_scene_fini(app_scene *scene) {
+void app_scene_fini(app_scene *scene)
+{
     kd_script_destroy(scene->script);
     for (uint32_t i = 0; i < scene->loaded_count; i++)
         free(scene->loaded[i].key);

@@ -12,7 +12,8 @@
 
 /* ---- host calls: what fails below logs its reason, which is caught and given to the scenario ---- */
 
-static kd_status set_scene(void *user, const kd_script_scene *said, kd_script_error *error) {
+static kd_status set_scene(void *user, const kd_script_scene *said, kd_script_error *error)
+{
     app_scene *scene = user;
     int gi = said->gi ? app_find_word(app_gi_words, said->gi) : (int)scene->gi;
     int view = said->view ? app_find_word(app_view_words, said->view) : (int)scene->view;
@@ -36,7 +37,8 @@ static kd_status set_scene(void *user, const kd_script_scene *said, kd_script_er
     return KD_OK;
 }
 
-static kd_status set_setting(void *user, const char *assignment, kd_script_error *error) {
+static kd_status set_setting(void *user, const char *assignment, kd_script_error *error)
+{
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
     kd_status status = kd_settings_set(&scene->settings, assignment);
@@ -44,7 +46,8 @@ static kd_status set_setting(void *user, const char *assignment, kd_script_error
     return status;
 }
 
-static kd_material_desc material_of(const kd_script_material *said) {
+static kd_material_desc material_of(const kd_script_material *said)
+{
     kd_material_desc m = kd_material_default();
     m.base_color = said->base_color;
     m.metallic = said->metallic;
@@ -55,7 +58,8 @@ static kd_material_desc material_of(const kd_script_material *said) {
     return m;
 }
 
-static kd_shape shape_of(const char *word) {
+static kd_shape shape_of(const char *word)
+{
     static const char *const words[] = {"box", "sphere", "plane", "cylinder", "torus", NULL};
     static const kd_shape shapes[] = {KD_SHAPE_BOX, KD_SHAPE_SPHERE, KD_SHAPE_PLANE, KD_SHAPE_CYLINDER,
                                       KD_SHAPE_TORUS};
@@ -64,7 +68,8 @@ static kd_shape shape_of(const char *word) {
 }
 
 /* Register a shape with its material; equal ones share an entry, and so their mesh and its voxels. */
-static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, uint32_t *out) {
+static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, uint32_t *out)
+{
     char key[320];
     const kd_script_mesh *s = &spawn->mesh;
     const kd_script_material *m = &spawn->material;
@@ -91,7 +96,8 @@ static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, ui
     return app_scene_add_loaded(scene, key, *out);
 }
 
-static kd_status spawn_plain(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out) {
+static kd_status spawn_plain(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out)
+{
     kd_world *w = scene->world;
     *out = kd_spawn(w, KD_TAG(kd_transform), KD_TAG(kd_world_transform));
     if (!out->generation)
@@ -103,7 +109,8 @@ static kd_status spawn_plain(app_scene *scene, const kd_script_spawn *spawn, kd_
 }
 
 /* A shape is one entity to its scenario: its only node's mesh moves to the root. */
-static kd_status join_shape(kd_world *w, kd_entity root) {
+static kd_status join_shape(kd_world *w, kd_entity root)
+{
     kd_entity node = kd_first_child(w, root);
     const kd_mesh_instance *mesh = kd_find(w, node, kd_mesh_instance);
     if (!mesh)
@@ -114,13 +121,15 @@ static kd_status join_shape(kd_world *w, kd_entity root) {
 }
 
 /* A model stands still until its scenario lets it play. */
-static void stop_clips(kd_world *w, kd_entity root) {
+static void stop_clips(kd_world *w, kd_entity root)
+{
     kd_animation *animation = kd_find_mut(w, root, kd_animation);
     if (animation)
         animation->clip = 0;
 }
 
-static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out) {
+static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_entity *out)
+{
     uint32_t model;
     const char *name = spawn->name ? spawn->name : "";
     kd_status status =
@@ -138,7 +147,8 @@ static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_
     return status;
 }
 
-static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error) {
+static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error)
+{
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
     bool plain = !spawn->model && !spawn->mesh.shape;
@@ -147,25 +157,28 @@ static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *
     return status;
 }
 
-static kd_status play(void *user, kd_entity entity, const kd_script_play *p, kd_script_error *error) {
+static kd_status play(void *user, kd_entity entity, const kd_script_play *p, kd_script_error *error)
+{
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
-    kd_status status =
-        p->layer ? kd_scene_play_layer(scene->world, entity,
-                                       &(kd_scene_layer){.layer = p->layer,
-                                                         .clip = p->stop ? NULL : p->clip ? p->clip : "",
-                                                         .from = p->from,
-                                                         .loop = p->loop,
-                                                         .speed = p->speed,
-                                                         .weight = p->weight,
-                                                         .blend_s = p->blend_s})
-                 : kd_scene_play(scene->world, entity, p->clip, p->loop, p->speed, p->blend_s);
+    kd_status status = p->layer ? kd_scene_play_layer(scene->world, entity,
+                                                      &(kd_scene_layer){.layer = p->layer,
+                                                                        .clip = p->stop   ? NULL
+                                                                                : p->clip ? p->clip
+                                                                                          : "",
+                                                                        .from = p->from,
+                                                                        .loop = p->loop,
+                                                                        .speed = p->speed,
+                                                                        .weight = p->weight,
+                                                                        .blend_s = p->blend_s})
+                                : kd_scene_play(scene->world, entity, p->clip, p->loop, p->speed, p->blend_s);
     app_console_capture(NULL, 0);
     return status;
 }
 
 static kd_status find_clip(void *user, kd_entity entity, const char *clip, uint32_t *number, float *length_s,
-                           kd_script_error *error) {
+                           kd_script_error *error)
+{
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
     kd_status status = kd_scene_find_clip(scene->world, entity, clip, number, length_s);
@@ -173,8 +186,8 @@ static kd_status find_clip(void *user, kd_entity entity, const char *clip, uint3
     return status;
 }
 
-static kd_status clone(void *user, kd_entity entity, kd_entity parent, kd_entity *out,
-                       kd_script_error *error) {
+static kd_status clone(void *user, kd_entity entity, kd_entity parent, kd_entity *out, kd_script_error *error)
+{
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
     kd_status status = kd_scene_clone(scene->world, entity, parent, out);
@@ -182,12 +195,14 @@ static kd_status clone(void *user, kd_entity entity, kd_entity parent, kd_entity
     return status;
 }
 
-static bool may_write(void *user, const char *component, const char *field) {
+static bool may_write(void *user, const char *component, const char *field)
+{
     (void)user;
     return app_may_write(component, field);
 }
 
-kd_status app_scene_load_script(app_scene *scene, const app_options *options) {
+kd_status app_scene_load_script(app_scene *scene, const app_options *options)
+{
     const char **params = calloc(options->set_count + 1, sizeof *params);
     uint32_t param_count = 0;
     if (!params)

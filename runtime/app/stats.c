@@ -15,22 +15,26 @@
 #include "runtime/core/log.h"
 #include "runtime/ecs/query.h"
 
-static void put_uint(kd_json *j, const char *key, uint64_t value) {
+static void put_uint(kd_json *j, const char *key, uint64_t value)
+{
     kd_json_key(j, key);
     kd_json_uint(j, value);
 }
 
-static void put_string(kd_json *j, const char *key, const char *value) {
+static void put_string(kd_json *j, const char *key, const char *value)
+{
     kd_json_key(j, key);
     kd_json_string(j, value);
 }
 
-static void put_double(kd_json *j, const char *key, double value) {
+static void put_double(kd_json *j, const char *key, double value)
+{
     kd_json_key(j, key);
     kd_json_double(j, value);
 }
 
-static uint32_t count_with(kd_world *w, const kd_component_desc *desc) {
+static uint32_t count_with(kd_world *w, const kd_component_desc *desc)
+{
     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {{.kind = KD_TERM_WITH, .desc = desc}}});
     uint32_t count = q ? kd_query_count(q) : 0;
     if (q)
@@ -39,7 +43,8 @@ static uint32_t count_with(kd_world *w, const kd_component_desc *desc) {
 }
 
 /* Triangles over all instances. */
-static uint64_t count_triangles(kd_world *w) {
+static uint64_t count_triangles(kd_world *w)
+{
     const kd_scene_store *store = kd_singleton(w, kd_scene_store);
     kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(kd_mesh_instance)}});
     uint64_t indices = 0;
@@ -57,7 +62,8 @@ static uint64_t count_triangles(kd_world *w) {
     return indices / 3;
 }
 
-static void put_scene(kd_json *j, kd_world *w) {
+static void put_scene(kd_json *j, kd_world *w)
+{
     kd_json_key(j, "scene");
     kd_json_object_begin(j);
     put_uint(j, "entities", kd_entity_count(w));
@@ -67,7 +73,8 @@ static void put_scene(kd_json *j, kd_world *w) {
     kd_json_object_end(j);
 }
 
-static void put_context(kd_json *j, const kd_gpu *gpu, const kd_jobs *jobs) {
+static void put_context(kd_json *j, const kd_gpu *gpu, const kd_jobs *jobs)
+{
     const kd_gpu_info *info = kd_gpu_get_info(gpu);
     kd_json_key(j, "context");
     kd_json_object_begin(j);
@@ -79,14 +86,16 @@ static void put_context(kd_json *j, const kd_gpu *gpu, const kd_jobs *jobs) {
 }
 
 /* What the caches hold on the GPU and in lists of the CPU, spare room left out. */
-static uint64_t cache_bytes(const kd_voxel_scene *s) {
+static uint64_t cache_bytes(const kd_voxel_scene *s)
+{
     return kd_ranges_taken(&s->voxel_places) * 12 +
            kd_ranges_taken(&s->binding_places) * KD_BINDING_WORDS * sizeof(uint32_t) +
            s->chunk_count * (sizeof(kd_voxel_chunk) + sizeof(struct kd_voxel_chunk_params)) +
            s->cache_count * sizeof(kd_voxel_cache);
 }
 
-static void put_voxels(kd_json *j, kd_world *w) {
+static void put_voxels(kd_json *j, kd_world *w)
+{
     const kd_tree *tree = kd_singleton(w, kd_tree);
     kd_json_key(j, "voxels");
     kd_json_object_begin(j);
@@ -110,7 +119,8 @@ static void put_voxels(kd_json *j, kd_world *w) {
     kd_json_object_end(j);
 }
 
-static void put_rest(kd_json *j, const kd_gpu *gpu) {
+static void put_rest(kd_json *j, const kd_gpu *gpu)
+{
     struct rusage usage = {0};
     uint32_t count;
     const char *const *warnings = app_console_warnings(&count);
@@ -128,7 +138,8 @@ static void put_rest(kd_json *j, const kd_gpu *gpu) {
 }
 
 kd_status app_stats_write(const char *path, const app_scene *scene, const app_timing *timing,
-                          const kd_gpu *gpu, const kd_jobs *jobs, uint64_t frames) {
+                          const kd_gpu *gpu, const kd_jobs *jobs, uint64_t frames)
+{
     kd_json j = {.indent = 2};
     kd_json_object_begin(&j);
     put_string(&j, "kandil", KD_VERSION);

@@ -8,11 +8,13 @@
 
 /* ---- hooks ---- */
 
-static bool on_gpu(const app_timing *t, uint32_t system) {
+static bool on_gpu(const app_timing *t, uint32_t system)
+{
     return kd_schedule_system(t->schedule, system)->where == KD_ON_GPU;
 }
 
-static void begin(void *user, uint32_t system, uint32_t worker) {
+static void begin(void *user, uint32_t system, uint32_t worker)
+{
     app_timing *t = user;
     bool gpu = on_gpu(t, system);
     if (t->mode != APP_TIMING_OFF)
@@ -23,7 +25,8 @@ static void begin(void *user, uint32_t system, uint32_t worker) {
         app_gpu_timing_begin(t->gpu_timing, system);
 }
 
-static void end(void *user, uint32_t system, uint32_t worker) {
+static void end(void *user, uint32_t system, uint32_t worker)
+{
     app_timing *t = user;
     bool gpu = on_gpu(t, system);
     if (gpu && t->gpu_timing)
@@ -35,12 +38,14 @@ static void end(void *user, uint32_t system, uint32_t worker) {
 }
 
 /* What the schedule does itself. */
-static void own(void *user, bool merge, bool begin) {
+static void own(void *user, bool merge, bool begin)
+{
     app_timing_section(user, merge ? APP_ROW_MERGE : APP_ROW_WAIT, begin);
 }
 
 /* One row a use: what a reader will do, and the barrier that makes writes visible to it. */
-static void barrier(void *user, kd_gpu *gpu, uint32_t uses) {
+static void barrier(void *user, kd_gpu *gpu, uint32_t uses)
+{
     static const struct {
         uint32_t uses, barriers;
     } rows[] = {
@@ -75,7 +80,8 @@ static const struct {
     [APP_ROW_GPU_IDLE] = {"gpu_idle", "", true},
 };
 
-static kd_profile *make_profile(kd_schedule *s, bool own_rows_too) {
+static kd_profile *make_profile(kd_schedule *s, bool own_rows_too)
+{
     uint32_t count = kd_schedule_count(s), more = own_rows_too ? APP_ROW_COUNT : 0;
     kd_profile_system *systems = calloc(count + APP_ROW_COUNT, sizeof *systems);
     if (!systems)
@@ -94,7 +100,8 @@ static kd_profile *make_profile(kd_schedule *s, bool own_rows_too) {
 }
 
 /* Follow everything through time: jobs, passes and counters too. */
-static kd_status open_trace(app_timing *t, kd_jobs *jobs) {
+static kd_status open_trace(app_timing *t, kd_jobs *jobs)
+{
     static const char *const names[APP_COUNTER_COUNT] = {[APP_COUNTER_VOXELS] = "voxels",
                                                          [APP_COUNTER_NODES] = "tree nodes",
                                                          [APP_COUNTER_ENTITIES] = "entities",
@@ -110,7 +117,8 @@ static kd_status open_trace(app_timing *t, kd_jobs *jobs) {
     return KD_OK;
 }
 
-kd_status app_timing_open(app_timing *t, const app_timing_desc *desc) {
+kd_status app_timing_open(app_timing *t, const app_timing_desc *desc)
+{
     bool on = desc->mode != APP_TIMING_OFF, sync = desc->mode == APP_TIMING_SYNC;
     kd_status status = KD_OK;
     *t = (app_timing){.schedule = desc->schedule,
@@ -137,7 +145,8 @@ kd_status app_timing_open(app_timing *t, const app_timing_desc *desc) {
     return status;
 }
 
-void app_timing_section(app_timing *t, app_timing_row row, bool begins) {
+void app_timing_section(app_timing *t, app_timing_row row, bool begins)
+{
     if (t->mode == APP_TIMING_OFF)
         return;
     if (begins)
@@ -146,11 +155,13 @@ void app_timing_section(app_timing *t, app_timing_row row, bool begins) {
         kd_profile_end(t->profile, t->first_row + row, KD_GPU_LANE);
 }
 
-void app_timing_frame_begin(app_timing *t) {
+void app_timing_frame_begin(app_timing *t)
+{
     kd_profile_frame_begin(t->profile);
 }
 
-static void count_all(app_timing *t) {
+static void count_all(app_timing *t)
+{
     const kd_tree *tree = kd_singleton(t->world, kd_tree);
     struct mallinfo2 heap = mallinfo2();
     const double values[APP_COUNTER_COUNT] = {
@@ -164,7 +175,8 @@ static void count_all(app_timing *t) {
         kd_profile_counter(t->profile, t->counters[i], values[i]);
 }
 
-void app_timing_frame_end(app_timing *t) {
+void app_timing_frame_end(app_timing *t)
+{
     if (t->gpu_timing)
         app_gpu_timing_collect(t->gpu_timing, false);
     app_timing_section(t, APP_ROW_END, false);
@@ -175,7 +187,8 @@ void app_timing_frame_end(app_timing *t) {
         count_all(t);
 }
 
-void app_timing_finish(app_timing *t) {
+void app_timing_finish(app_timing *t)
+{
     if (t->gpu_timing && t->mode == APP_TIMING_STAMPS)
         app_gpu_timing_collect(t->gpu_timing, true);
     for (uint32_t i = 0; i < kd_schedule_count(t->schedule); i++) {
@@ -185,7 +198,8 @@ void app_timing_finish(app_timing *t) {
     }
 }
 
-void app_timing_close(app_timing *t) {
+void app_timing_close(app_timing *t)
+{
     app_gpu_timing_destroy(t->gpu_timing);
     kd_profile_destroy(t->profile);
     *t = (app_timing){0};

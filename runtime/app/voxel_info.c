@@ -29,7 +29,8 @@ static kd_status check_level(const kd_voxel_file *file, const kd_voxel_level *le
         kd_status status = kd_voxel_file_read(file, level->first_block + i, &words);
         free(memory);
         if (status)
-            return kd_fail(status, "%s: it is damaged: block %u cannot be read; make it again with `kandil voxelize`",
+            return kd_fail(status,
+                           "%s: it is damaged: block %u cannot be read; make it again with `kandil voxelize`",
                            path, level->first_block + i);
     }
     return KD_OK;
@@ -59,11 +60,13 @@ static double each(uint64_t bytes, uint64_t voxels)
 static void print_level(const kd_voxel_file *file, const kd_voxel_level *l)
 {
     static const char *const kinds[] = {"rigid", "skinned", "attached"};
-    printf("  mesh %-4u primitive %-4u %-8s span %-10.4g %10llu voxels in %u blocks, bytes each: %.2f in memory, %.2f "
+    printf("  mesh %-4u primitive %-4u %-8s span %-10.4g %10llu voxels in %u blocks, bytes each: %.2f in "
+           "memory, %.2f "
            "in the file%s%s\n",
-           l->mesh, l->primitive, kinds[l->kind], (double)l->span, (unsigned long long)l->voxel_count, l->block_count,
-           each(bytes_in_memory(l), l->voxel_count), each(bytes_in_file(file, l), l->voxel_count),
-           l->flags & KD_VOXEL_LEVEL_THIN ? ", thin" : "", l->flags & KD_VOXEL_LEVEL_FILLED ? ", filled" : "");
+           l->mesh, l->primitive, kinds[l->kind], (double)l->span, (unsigned long long)l->voxel_count,
+           l->block_count, each(bytes_in_memory(l), l->voxel_count),
+           each(bytes_in_file(file, l), l->voxel_count), l->flags & KD_VOXEL_LEVEL_THIN ? ", thin" : "",
+           l->flags & KD_VOXEL_LEVEL_FILLED ? ", filled" : "");
 }
 
 kd_status app_voxel_info(const char *path)
@@ -80,8 +83,8 @@ kd_status app_voxel_info(const char *path)
         blocks += l->block_count;
     }
     if (!status) {
-        printf("%s\n  version %u, %u levels, %llu blocks, %zu bytes\n", path, KD_VOXEL_FILE_VERSION, file.level_count,
-               (unsigned long long)blocks, file.map.size);
+        printf("%s\n  version %u, %u levels, %llu blocks, %zu bytes\n", path, KD_VOXEL_FILE_VERSION,
+               file.level_count, (unsigned long long)blocks, file.map.size);
         for (int k = 0; k < 2; k++)
             if (voxels[k])
                 printf("  %s: %llu voxels, %.2f bytes each in memory\n", k ? "deforming" : "rigid",

@@ -1,5 +1,5 @@
-/* The scene is brought to its first frame, the system that asks for caches asks for all of them, and each is made, read back
- * and dropped again, so that a scene larger than the GPU's memory can be voxelized too. */
+/* The scene is brought to its first frame, the system that asks for caches asks for all of them, and each is
+ * made, read back and dropped again, so that a scene larger than the GPU's memory can be voxelized too. */
 #include "runtime/app/voxelize.h"
 
 #include <math.h>
@@ -38,8 +38,8 @@ typedef struct voxelizing {
 
 static kd_status open_schedule(voxelizing *v)
 {
-    static kd_status (*const imports[])(kd_schedule *) = {kd_scene_import, kd_animation_import, kd_hierarchy_import,
-                                                          kd_deform_import, kd_voxel_objects_import};
+    static kd_status (*const imports[])(kd_schedule *) = {
+        kd_scene_import, kd_animation_import, kd_hierarchy_import, kd_deform_import, kd_voxel_objects_import};
     v->schedule = kd_schedule_make(v->world, v->jobs, v->gpu);
     if (!v->schedule)
         return kd_fail(KD_NO_MEMORY, "out of memory");
@@ -146,9 +146,10 @@ static kd_status make_level(voxelizing *v, kd_voxel_scene *scene, kd_voxel_cache
         return KD_GPU;
     if (!status || status == KD_NO_MEMORY)
         return status ? kd_fail(status, "out of memory") : KD_OK;
-    const char *why = status == KD_UNSUPPORTED
-                          ? "it is too large to be filled in one piece; give a larger --span or leave --fill out"
-                          : "it has more voxels than the driver's buffers hold; give a larger --span";
+    const char *why =
+        status == KD_UNSUPPORTED
+            ? "it is too large to be filled in one piece; give a larger --span or leave --fill out"
+            : "it has more voxels than the driver's buffers hold; give a larger --span";
     return kd_fail(status, "%s: mesh %u, primitive %u at a span of %g m: %s", v->options->subject, level.mesh,
                    level.primitive, (double)cache->span, why);
 }
@@ -180,7 +181,8 @@ static kd_status make_all(voxelizing *v)
     }
     if (left_out && !status)
         kd_log(KD_LOG_WARNING,
-               "%s: %u primitives are longer than %d voxels at one of the spans and not in the file there; runs voxelize what is "
+               "%s: %u primitives are longer than %d voxels at one of the spans and not in the file there; "
+               "runs voxelize what is "
                "near the camera",
                v->options->subject, left_out, MOST_CELLS);
     return status;

@@ -3,8 +3,8 @@
 
 #include "runtime/app/options.h"
 
-/** `kandil voxelize`: voxelize all that a scene shows, at the spans of its cascades, into a .kvox file. Errors with one
- *  message; INTERRUPTED leaves nothing behind. */
+/** `kandil voxelize`: voxelize all that a scene shows, at the spans of its cascades, into a .kvox file.
+ * Errors with one message; INTERRUPTED leaves nothing behind. */
 kd_status app_voxelize(const app_options *options);
 
 /** `kandil info FILE.kvox`. Every block is unpacked to see that it is sound. Errors with one message */

@@ -29,10 +29,10 @@ static kd_status import_all(kd_schedule *s, import *const *imports, size_t count
 kd_status app_import_systems(kd_schedule *s)
 {
     static import *const imports[] = {
-        kd_scene_import,        kd_animation_import,  kd_hierarchy_import,       kd_deform_import,
-        kd_shadow_import,       kd_voxel_objects_import, kd_voxel_cache_import, kd_voxel_pages_import,
-        kd_svo_import,          kd_voxel_transform_import, kd_lighting_import,  kd_bounce_import, kd_deferred_import,
-        kd_cone_trace_import,   kd_debug_view_import, kd_resolve_import,
+        kd_scene_import,    kd_animation_import,       kd_hierarchy_import,   kd_deform_import,
+        kd_shadow_import,   kd_voxel_objects_import,   kd_voxel_cache_import, kd_voxel_pages_import,
+        kd_svo_import,      kd_voxel_transform_import, kd_lighting_import,    kd_bounce_import,
+        kd_deferred_import, kd_cone_trace_import,      kd_debug_view_import,  kd_resolve_import,
     };
     return import_all(s, imports, sizeof imports / sizeof *imports);
 }

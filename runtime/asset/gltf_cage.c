@@ -1,5 +1,5 @@
-/* Checks of a cage: everything OpenSubdiv takes for granted, so that what it is given cannot make it crash, hang or eat
- * memory. */
+/* Checks of a cage: everything OpenSubdiv takes for granted, so that what it is given cannot make it crash,
+ * hang or eat memory. */
 
 #include "runtime/asset/gltf_cage.h"
 
@@ -25,7 +25,8 @@ typedef struct checker {
 
 /* ---- words ---- */
 
-static kd_status read_word(const checker *c, const char *text, const char *name, const char *const *words, int *out)
+static kd_status read_word(const checker *c, const char *text, const char *name, const char *const *words,
+                           int *out)
 {
     if (!text)
         return KD_OK;
@@ -41,8 +42,8 @@ static kd_status read_words(const checker *c)
 {
     static const char *const schemes[] = {"catmullClark", "loop", NULL};
     static const char *const boundaries[] = {"none", "edgeOnly", "edgeAndCorner", NULL};
-    static const char *const uv_rules[] = {"none",         "cornersOnly", "cornersPlus1", "cornersPlus2",
-                                           "boundaries", "all",         NULL};
+    static const char *const uv_rules[] = {
+        "none", "cornersOnly", "cornersPlus1", "cornersPlus2", "boundaries", "all", NULL};
     int scheme = 0, boundary = SUBDIV_EDGE_AND_CORNER, uv_rule = SUBDIV_UV_CORNERS_PLUS1;
     kd_status status = read_word(c, c->from->scheme, "subdivisionScheme", schemes, &scheme);
     if (!status)
@@ -60,19 +61,22 @@ static kd_status read_words(const checker *c)
 static kd_status check_face(const checker *c, size_t face, const int *corners, int size)
 {
     if (size < 3 || size > VALENCE_MAX)
-        return BAD(c, "face %zu has %d vertices (%s.extras.faceVertexCounts); faces have 3 to %d", face, size, c->where,
-                   VALENCE_MAX);
+        return BAD(c, "face %zu has %d vertices (%s.extras.faceVertexCounts); faces have 3 to %d", face, size,
+                   c->where, VALENCE_MAX);
     if (c->out->cage.loop && size != 3)
-        return BAD(c, "face %zu has %d vertices (%s.extras.faceVertexCounts); the loop scheme takes triangles only",
-                   face, size, c->where);
+        return BAD(
+            c, "face %zu has %d vertices (%s.extras.faceVertexCounts); the loop scheme takes triangles only",
+            face, size, c->where);
     for (int i = 0; i < size; i++) {
         if ((uint32_t)corners[i] >= c->vertex_count)
-            return BAD(c, "face %zu names vertex %d of %u (%s.extras.faceVertexIndices); export the model again", face,
-                       corners[i], c->vertex_count, c->where);
+            return BAD(c,
+                       "face %zu names vertex %d of %u (%s.extras.faceVertexIndices); export the model again",
+                       face, corners[i], c->vertex_count, c->where);
         for (int k = 0; k < i; k++)
             if (corners[k] == corners[i])
-                return BAD(c, "face %zu uses vertex %d twice (%s.extras.faceVertexIndices); export the model again",
-                           face, corners[i], c->where);
+                return BAD(
+                    c, "face %zu uses vertex %d twice (%s.extras.faceVertexIndices); export the model again",
+                    face, corners[i], c->where);
     }
     return KD_OK;
 }
@@ -86,18 +90,22 @@ static kd_status check_faces(const checker *c)
                    sizes.count ? "too many" : "no", c->where);
     for (size_t f = 0; f < sizes.count; f++) {
         if ((size_t)sizes.at[f] > corners.count - used)
-            return BAD(c, "%zu indices are fewer than the faces count (%s.extras.faceVertexIndices); export the model "
-                          "again",
-                       corners.count, c->where);
+            return BAD(
+                c,
+                "%zu indices are fewer than the faces count (%s.extras.faceVertexIndices); export the model "
+                "again",
+                corners.count, c->where);
         kd_status status = check_face(c, f, corners.at + used, sizes.at[f]);
         if (status)
             return status;
         used += (size_t)sizes.at[f];
     }
     if (used != corners.count)
-        return BAD(c, "%zu indices are more than the faces count, %zu (%s.extras.faceVertexIndices); export the model "
-                      "again",
-                   corners.count, used, c->where);
+        return BAD(
+            c,
+            "%zu indices are more than the faces count, %zu (%s.extras.faceVertexIndices); export the model "
+            "again",
+            corners.count, used, c->where);
     c->out->cage.vertex_count = (int)c->vertex_count;
     c->out->cage.face_count = (int)sizes.count;
     c->out->cage.corner_count = (int)corners.count;
@@ -134,8 +142,8 @@ static kd_status list_edges(const checker *c, half_edge **out)
         return status;
     for (int f = 0, first = 0; f < cage->face_count; first += cage->face_sizes[f], f++)
         for (int i = 0; i < cage->face_sizes[f]; i++)
-            edges[first + i] = edge_between(cage->corners[first + i],
-                                            cage->corners[first + (i + 1) % cage->face_sizes[f]]);
+            edges[first + i] =
+                edge_between(cage->corners[first + i], cage->corners[first + (i + 1) % cage->face_sizes[f]]);
     qsort(edges, (size_t)cage->corner_count, sizeof *edges, compare_edges);
     *out = edges;
     return KD_OK;
@@ -148,12 +156,15 @@ static kd_status check_edges(const checker *c, const half_edge *edges)
         if (compare_edges(a, b) != 0)
             continue;
         if (i >= 2 && compare_edges(&edges[i - 2], b) == 0)
-            return BAD(c, "more than two faces share the edge of vertices %u and %u (%s.extras.faceVertexIndices); part "
-                          "them",
+            return BAD(c,
+                       "more than two faces share the edge of vertices %u and %u "
+                       "(%s.extras.faceVertexIndices); part "
+                       "them",
                        b->low, b->high, c->where);
         if (a->from == b->from)
-            return BAD(c, "two faces run along the edge of vertices %u and %u in one direction "
-                          "(%s.extras.faceVertexIndices); turn one over",
+            return BAD(c,
+                       "two faces run along the edge of vertices %u and %u in one direction "
+                       "(%s.extras.faceVertexIndices); turn one over",
                        b->low, b->high, c->where);
     }
     return KD_OK;
@@ -166,7 +177,9 @@ static kd_status read_sharpness(const checker *c, gltf_reals from, const char *n
     kd_status status = gltf_alloc(c->l, &c->l->work, from.count, sizeof **out, out);
     for (size_t i = 0; !status && i < from.count; i++) {
         if (!(from.at[i] >= 0) || !isfinite(from.at[i]))
-            return BAD(c, "the sharpness %g at place %zu is not between 0 and 10 (%s.extras.%s); export the model again",
+            return BAD(c,
+                       "the sharpness %g at place %zu is not between 0 and 10 (%s.extras.%s); export the "
+                       "model again",
                        from.at[i], i, c->where, name);
         (*out)[i] = (float)fmin(from.at[i], (double)SUBDIV_INFINITELY_SHARP);
     }
@@ -181,20 +194,25 @@ static kd_status check_chains(const checker *c, size_t *edges)
     for (size_t i = 0; i < from->crease_lengths.count; i++) {
         int length = from->crease_lengths.at[i];
         if (length < 2 || (size_t)length > from->creases.count - vertices)
-            return BAD(c, "crease %zu has %d vertices of %zu that are left (%s.extras.creaseLengths); export the model "
-                          "again",
-                       i, length, from->creases.count - vertices, c->where);
+            return BAD(
+                c,
+                "crease %zu has %d vertices of %zu that are left (%s.extras.creaseLengths); export the model "
+                "again",
+                i, length, from->creases.count - vertices, c->where);
         vertices += (size_t)length;
     }
     *edges = vertices - from->crease_lengths.count;
     if (vertices != from->creases.count)
-        return BAD(c, "%zu vertices of creases belong to none (%s.extras.creaseLengths); export the model again",
+        return BAD(c,
+                   "%zu vertices of creases belong to none (%s.extras.creaseLengths); export the model again",
                    from->creases.count - vertices, c->where);
     size_t given = from->crease_sharpness.count;
     if (given != from->crease_lengths.count && given != *edges)
-        return BAD(c, "%zu values are neither one a crease, %zu, nor one an edge, %zu (%s.extras.creaseSharpnesses); "
-                      "export the model again",
-                   given, from->crease_lengths.count, *edges, c->where);
+        return BAD(
+            c,
+            "%zu values are neither one a crease, %zu, nor one an edge, %zu (%s.extras.creaseSharpnesses); "
+            "export the model again",
+            given, from->crease_lengths.count, *edges, c->where);
     return KD_OK;
 }
 
@@ -202,8 +220,10 @@ static kd_status check_crease(const checker *c, const half_edge *edges, int a, i
 {
     half_edge wanted = edge_between(a, b);
     if (!bsearch(&wanted, edges, (size_t)c->out->cage.corner_count, sizeof *edges, compare_edges))
-        return BAD(c, "a crease runs from vertex %d to %d, where the cage has no edge (%s.extras.creaseIndices); export "
-                      "the model again",
+        return BAD(c,
+                   "a crease runs from vertex %d to %d, where the cage has no edge "
+                   "(%s.extras.creaseIndices); export "
+                   "the model again",
                    a, b, c->where);
     return KD_OK;
 }
@@ -267,14 +287,18 @@ static kd_status read_uv(const checker *c)
     if (!from->uv.count && !from->uv_corners.count)
         return KD_OK;
     if (from->uv.count % 2 || from->uv_corners.count != from->corners.count)
-        return BAD(c, "%zu numbers and %zu indices do not give each corner of a face two coordinates (%s.extras.st, "
-                      "stIndices); export the model again",
-                   from->uv.count, from->uv_corners.count, c->where);
+        return BAD(
+            c,
+            "%zu numbers and %zu indices do not give each corner of a face two coordinates (%s.extras.st, "
+            "stIndices); export the model again",
+            from->uv.count, from->uv_corners.count, c->where);
     size_t count = from->uv.count / 2;
     for (size_t i = 0; i < from->uv_corners.count; i++)
         if ((size_t)from->uv_corners.at[i] >= count)
-            return BAD(c, "index %d at place %zu reaches beyond %zu coordinates (%s.extras.stIndices); export the model "
-                          "again",
+            return BAD(c,
+                       "index %d at place %zu reaches beyond %zu coordinates (%s.extras.stIndices); export "
+                       "the model "
+                       "again",
                        from->uv_corners.at[i], i, count, c->where);
     kd_status status = gltf_alloc(c->l, &c->l->work, count, sizeof *uv, &uv);
     if (!status && !gltf_floats(from->uv.at, from->uv.count, &uv->x))
@@ -288,7 +312,8 @@ static kd_status read_uv(const checker *c)
 /* ---- size ---- */
 
 /* What rows a face's patches will have, from above: an irregular vertex brings in all its neighbours. */
-static uint64_t face_cost(const subdiv_cage *cage, const int *corners, int face, const int *valence, int level)
+static uint64_t face_cost(const subdiv_cage *cage, const int *corners, int face, const int *valence,
+                          int level)
 {
     int largest = cage->face_sizes[face];
     for (int i = 0; i < cage->face_sizes[face]; i++)
@@ -314,8 +339,9 @@ static kd_status check_size(const checker *c)
         return status;
     for (int i = 0; i < cage->corner_count; i++)
         if (++valence[cage->corners[i]] > VALENCE_MAX)
-            return gltf_fail(c->l, KD_TOO_LARGE, "more than %d faces meet at vertex %d (%s.extras.faceVertexIndices); "
-                                                 "give them fewer",
+            return gltf_fail(c->l, KD_TOO_LARGE,
+                             "more than %d faces meet at vertex %d (%s.extras.faceVertexIndices); "
+                             "give them fewer",
                              VALENCE_MAX, cage->corners[i], c->where);
     for (int i = 0; i < cage->crease_count; i++)
         creased[cage->creases[2 * i]] |= rounds_off(cage->crease_sharpness[i]);
@@ -327,14 +353,16 @@ static kd_status check_size(const checker *c)
         bool deep = false;
         for (int i = 0; i < cage->face_sizes[f]; i++)
             deep |= creased[cage->corners[first + i]];
-        cost += face_cost(cage, cage->corners + first, f, valence, deep && isolation > level ? isolation : level);
+        cost +=
+            face_cost(cage, cage->corners + first, f, valence, deep && isolation > level ? isolation : level);
     }
     if (cost > STENCILS_MAX)
-        return gltf_fail(c->l, KD_TOO_LARGE,
-                         "level %u of a cage of %d faces takes some %llu million weights, more than %llu (%s.extras); "
-                         "lower subdiv.level",
-                         c->out->level, cage->face_count, (unsigned long long)(cost >> 20),
-                         (unsigned long long)(STENCILS_MAX >> 20), c->where);
+        return gltf_fail(
+            c->l, KD_TOO_LARGE,
+            "level %u of a cage of %d faces takes some %llu million weights, more than %llu (%s.extras); "
+            "lower subdiv.level",
+            c->out->level, cage->face_count, (unsigned long long)(cost >> 20),
+            (unsigned long long)(STENCILS_MAX >> 20), c->where);
     return KD_OK;
 }
 

@@ -1,8 +1,8 @@
 #ifndef KD_ASSET_GLTF_CAGE_H
 #define KD_ASSET_GLTF_CAGE_H
 
-/* Subdivision cages: what `extras` say, checked, and the limit surface that takes the place of the primitive's
- * triangles. docs/subdivision.md describes the format. */
+/* Subdivision cages: what `extras` say, checked, and the limit surface that takes the place of the
+ * primitive's triangles. docs/subdivision.md describes the format. */
 
 #include "runtime/asset/gltf_loader.h"
 #include "runtime/asset/gltf_vertices.h"
@@ -14,8 +14,8 @@ typedef struct gltf_cage_faces {
     uint32_t level;
 } gltf_cage_faces;
 
-/** Check a primitive's cage. vertex_count: elements of its POSITION. Errors KD_BAD_FORMAT, KD_TOO_LARGE with a
- * message */
+/** Check a primitive's cage. vertex_count: elements of its POSITION. Errors KD_BAD_FORMAT, KD_TOO_LARGE with
+ * a message */
 kd_status gltf_check_cage(gltf_loader *l, const gltf_primitive *p, const char *where, uint32_t vertex_count,
                           gltf_cage_faces *out);
 
@@ -24,7 +24,7 @@ kd_status gltf_cage_triangles(gltf_loader *l, const gltf_cage_faces *faces, uint
 
 /** Make the primitive, which was loaded from the cage's triangles, a limit surface that keeps the cage.
  *  selection: which of the file's vertices it holds. */
-kd_status gltf_subdivide(gltf_loader *l, const char *where, gltf_cage_faces *faces, const gltf_selection *selection,
-                         kd_primitive_desc *primitive);
+kd_status gltf_subdivide(gltf_loader *l, const char *where, gltf_cage_faces *faces,
+                         const gltf_selection *selection, kd_primitive_desc *primitive);
 
 #endif

@@ -1,5 +1,5 @@
-/* From a cage to its limit surface at rest. What vertices of the cage carry is blended by the same weights as their
- * positions, so that whatever reads a mesh (drawing, bounds, voxels) finds one. */
+/* From a cage to its limit surface at rest. What vertices of the cage carry is blended by the same weights as
+ * their positions, so that whatever reads a mesh (drawing, bounds, voxels) finds one. */
 
 #include <math.h>
 #include <string.h>
@@ -53,7 +53,8 @@ static kd_status renumber(gltf_loader *l, gltf_cage_faces *faces, const gltf_sel
 /* ---- what vertices carry ---- */
 
 /* Blend rows of `width` floats. *out stays NULL where the cage has none. */
-static kd_status blend_floats(gltf_loader *l, const subdiv_surface *s, const void *from, uint32_t width, void *out)
+static kd_status blend_floats(gltf_loader *l, const subdiv_surface *s, const void *from, uint32_t width,
+                              void *out)
 {
     float *to = NULL;
     const float *cage = from;
@@ -134,8 +135,9 @@ static kd_status blend_joints(gltf_loader *l, const subdiv_surface *s, const kd_
 }
 
 /* Deltas of one target, and how the normals turn when it is fully there. */
-static kd_status blend_target(gltf_loader *l, const subdiv_surface *s, const kd_primitive_desc *cage, uint32_t target,
-                              const kd_primitive_desc *surface, const kd_vec3 **moves, const kd_vec3 **turns)
+static kd_status blend_target(gltf_loader *l, const subdiv_surface *s, const kd_primitive_desc *cage,
+                              uint32_t target, const kd_primitive_desc *surface, const kd_vec3 **moves,
+                              const kd_vec3 **turns)
 {
     const kd_vec3 *deltas = cage->morph_positions[target];
     kd_vec3 *moved, *positions, *normals;
@@ -188,8 +190,8 @@ static void set_bounds(kd_primitive_desc *out)
     }
 }
 
-static kd_status rest_pose(gltf_loader *l, const char *where, const subdiv_surface *s, const kd_primitive_desc *cage,
-                           kd_primitive_desc *out)
+static kd_status rest_pose(gltf_loader *l, const char *where, const subdiv_surface *s,
+                           const kd_primitive_desc *cage, kd_primitive_desc *out)
 {
     kd_vec3 *positions, *normals;
     kd_vec4 *tangents;
@@ -208,7 +210,8 @@ static kd_status rest_pose(gltf_loader *l, const char *where, const subdiv_surfa
     for (uint32_t v = 0; v < s->vertex_count; v++)
         if (!isfinite(positions[v].x) || !isfinite(positions[v].y) || !isfinite(positions[v].z))
             return gltf_fail(l, KD_BAD_FORMAT,
-                             "the limit surface leaves what numbers hold (%s); make the model smaller", where);
+                             "the limit surface leaves what numbers hold (%s); make the model smaller",
+                             where);
     out->positions = positions;
     out->normals = normals;
     out->tangents = tangents;
@@ -216,7 +219,8 @@ static kd_status rest_pose(gltf_loader *l, const char *where, const subdiv_surfa
     return KD_OK;
 }
 
-static kd_status carry(gltf_loader *l, const subdiv_surface *s, const kd_primitive_desc *cage, kd_primitive_desc *out)
+static kd_status carry(gltf_loader *l, const subdiv_surface *s, const kd_primitive_desc *cage,
+                       kd_primitive_desc *out)
 {
     out->uv0 = s->uv;
     kd_status status = blend_floats(l, s, cage->uv1, 2, &out->uv1);
@@ -238,13 +242,13 @@ static kd_status make_surface(gltf_loader *l, const char *where, const gltf_cage
         topology.uv_count = topology.vertex_count;
         topology.uv_corners = topology.corners;
     }
-    kd_status status = subdiv_surface_make(&topology, (int)faces->level, uv, &l->kept, &l->work, surface, error,
-                                           sizeof error);
+    kd_status status = subdiv_surface_make(&topology, (int)faces->level, uv, &l->kept, &l->work, surface,
+                                           error, sizeof error);
     return status ? gltf_fail(l, status, "%s (%s.extras); export the model again", error, where) : KD_OK;
 }
 
-kd_status gltf_subdivide(gltf_loader *l, const char *where, gltf_cage_faces *faces, const gltf_selection *selection,
-                         kd_primitive_desc *primitive)
+kd_status gltf_subdivide(gltf_loader *l, const char *where, gltf_cage_faces *faces,
+                         const gltf_selection *selection, kd_primitive_desc *primitive)
 {
     subdiv_surface surface;
     kd_primitive_desc *cage;

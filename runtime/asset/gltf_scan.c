@@ -19,11 +19,11 @@
 
 typedef struct open_container {
     bool object, blanked; /* blanked: this member is taken out of the text */
-    bool rows, costly;   /* a top-level array */
-    size_t first;        /* byte at which it opened */
-    size_t items;        /* containers that it has opened so far */
-    bool meshes;         /* the top-level list of that name, or a mesh's primitives */
-    gltf_range *keep;    /* where its range goes when it closes, or NULL */
+    bool rows, costly;    /* a top-level array */
+    size_t first;         /* byte at which it opened */
+    size_t items;         /* containers that it has opened so far */
+    bool meshes;          /* the top-level list of that name, or a mesh's primitives */
+    gltf_range *keep;     /* where its range goes when it closes, or NULL */
 } open_container;
 
 typedef struct scanner {
@@ -92,9 +92,9 @@ static kd_status open_one(scanner *s, bool object)
     bool member = parent && parent->object;
     open_container c = {.object = object, .first = s->at};
     c.blanked = member && key_is(s, "extras");
-    c.meshes = member && !object &&
-               (s->depth == 1 ? key_is(s, "meshes")
-                              : s->depth == 3 && s->open[1].meshes && key_is(s, "primitives"));
+    c.meshes =
+        member && !object &&
+        (s->depth == 1 ? key_is(s, "meshes") : s->depth == 3 && s->open[1].meshes && key_is(s, "primitives"));
     if (parent)
         s->open[s->depth - 1].items++;
     if (s->depth == 1 && member) {
@@ -139,8 +139,8 @@ static kd_status keep_extras(scanner *s, size_t first)
         scan->extras = grown;
         scan->extras_capacity = capacity;
     }
-    scan->extras[scan->extras_count++] =
-        (gltf_extras){s->open[1].items - 1, of_mesh ? GLTF_WHOLE_MESH : s->open[3].items - 1, {first, s->at - first}};
+    scan->extras[scan->extras_count++] = (gltf_extras){
+        s->open[1].items - 1, of_mesh ? GLTF_WHOLE_MESH : s->open[3].items - 1, {first, s->at - first}};
     return KD_OK;
 }
 

@@ -3,8 +3,8 @@
 
 /* One pass over the JSON text before a parser sees it. It refuses what would cost a parser its stack or its
  * memory, and takes out what we load ourselves: buffers and images (a parser would read files, decode base64
- * slowly and trust byte offsets) and `extras`, of which those of meshes and primitives are kept aside: they may hold
- * cages. */
+ * slowly and trust byte offsets) and `extras`, of which those of meshes and primitives are kept aside: they
+ * may hold cages. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -31,7 +31,7 @@ typedef struct gltf_scan {
     size_t buffers_size, images_size;
     char *required; /* `extensionsRequired`, likewise, which stays in the text */
     size_t required_size;
-    gltf_extras *extras;  /* in order of the file */
+    gltf_extras *extras; /* in order of the file */
     size_t extras_count, extras_capacity;
     char *copy;
 } gltf_scan;

@@ -435,8 +435,8 @@ void copy_cage(copier &to, gltf_cage &out, const nlohmann::json &from, const std
     out.level = level->get<int>();
 }
 
-/* Other programs' `extras` may hold anything: without faceVertexCounts they are passed over, whatever else is in
- * them. */
+/* Other programs' `extras` may hold anything: without faceVertexCounts they are passed over, whatever else is
+ * in them. */
 void copy_extras(copier &to, gltf_document &out, const gltf_extras &extras, const char *text)
 {
     static const char key[] = "\"faceVertexCounts\"";

@@ -124,9 +124,9 @@ static kd_status set_limit(gltf_loader *l)
 static kd_status convert(gltf_loader *l)
 {
     static kd_status (*const steps[])(gltf_loader *) = {
-        check_version,       check_required, list_extensions,  make_tables,       gltf_load_buffers,
-        gltf_load_materials, set_limit,      gltf_load_meshes, gltf_load_cameras, gltf_load_lights,
-        gltf_load_nodes,     gltf_load_skins, gltf_load_clips, measure,
+        check_version,       check_required,  list_extensions,  make_tables,       gltf_load_buffers,
+        gltf_load_materials, set_limit,       gltf_load_meshes, gltf_load_cameras, gltf_load_lights,
+        gltf_load_nodes,     gltf_load_skins, gltf_load_clips,  measure,
     };
     kd_status status = KD_OK;
     for (size_t i = 0; !status && i < sizeof steps / sizeof *steps; i++)

@@ -1,4 +1,5 @@
-/* A limit surface from a posed cage, on the CPU: the same sums in the same order as shaders/deform/subdivide.comp. */
+/* A limit surface from a posed cage, on the CPU: the same sums in the same order as
+ * shaders/deform/subdivide.comp. */
 
 #include <math.h>
 
@@ -9,15 +10,16 @@ static kd_vec3 add_scaled(kd_vec3 sum, kd_vec3 p, float weight)
     return (kd_vec3){sum.x + weight * p.x, sum.y + weight * p.y, sum.z + weight * p.z};
 }
 
-/* Scaled by the largest component first, so that the derivatives of a small cage do not vanish when squared. */
+/* Scaled by the largest component first, so that the derivatives of a small cage do not vanish when squared.
+ */
 static kd_vec3 direction(kd_vec3 v, kd_vec3 fallback)
 {
     float largest = fmaxf(fabsf(v.x), fmaxf(fabsf(v.y), fabsf(v.z)));
     return largest > 1e-30f ? kd_vec3_normalize(kd_vec3_scale(v, 1 / largest), fallback) : fallback;
 }
 
-void kd_subdivision_evaluate(const kd_subdivision *s, uint32_t vertex_count, const kd_vec3 *cage, kd_vec3 *positions,
-                             kd_vec3 *normals, kd_vec4 *tangents)
+void kd_subdivision_evaluate(const kd_subdivision *s, uint32_t vertex_count, const kd_vec3 *cage,
+                             kd_vec3 *positions, kd_vec3 *normals, kd_vec4 *tangents)
 {
     for (uint32_t v = 0; v < vertex_count; v++) {
         const kd_stencil_row *row = &s->rows[v];
@@ -35,7 +37,8 @@ void kd_subdivision_evaluate(const kd_subdivision *s, uint32_t vertex_count, con
         if (!tangents)
             continue;
         kd_vec3 t = add_scaled(kd_vec3_scale(du, row->tangent_u), dv, row->tangent_v);
-        t = direction(add_scaled(t, n, -kd_vec3_dot(t, n)), (kd_vec3){tangents[v].x, tangents[v].y, tangents[v].z});
+        t = direction(add_scaled(t, n, -kd_vec3_dot(t, n)),
+                      (kd_vec3){tangents[v].x, tangents[v].y, tangents[v].z});
         tangents[v] = (kd_vec4){t.x, t.y, t.z, tangents[v].w};
     }
 }

@@ -1,5 +1,5 @@
-/* The only place that speaks C++ with OpenSubdiv: topology and rules in, rows of limit weights out. Far's limit
- * stencils name control vertices alone, so that evaluating a posed cage is one sparse product. */
+/* The only place that speaks C++ with OpenSubdiv: topology and rules in, rows of limit weights out. Far's
+ * limit stencils name control vertices alone, so that evaluating a posed cage is one sparse product. */
 
 #include "runtime/asset/subdiv_shim.h"
 
@@ -45,9 +45,7 @@ void keep_complaint(Far::ErrorType, const char *message)
         complaint = message;
 }
 
-void drop_warning(const char *)
-{
-}
+void drop_warning(const char *) {}
 
 Far::TopologyRefiner *refiner_of(const subdiv_cage &cage)
 {
@@ -104,7 +102,7 @@ void read_topology(subdiv &s)
     }
     for (int v = 0; v < level.GetNumVertices(); v++)
         s.vertex_sharp.push_back(level.GetVertexSharpness(v) >= SUBDIV_INFINITELY_SHARP);
-    s.topology = {level.GetNumEdges(),   s.corner_edges.data(), s.edge_vertices.data(),
+    s.topology = {level.GetNumEdges(), s.corner_edges.data(), s.edge_vertices.data(),
                   s.edge_sharp.data(), s.vertex_sharp.data(), s.face_hole.data()};
 }
 
@@ -155,8 +153,9 @@ void read_rows(subdiv &s, bool uv, subdiv_rows &out)
     first.assign(1, 0);
     for (int size : sizes)
         first.push_back(first.back() + static_cast<uint32_t>(size));
-    out = {sizes.size(),          t.GetControlIndices().size(), first.data(),
-           t.GetControlIndices().data(), t.GetWeights().data(), t.GetDuWeights().data(),
+    out = {sizes.size(),           t.GetControlIndices().size(),
+           first.data(),           t.GetControlIndices().data(),
+           t.GetWeights().data(),  t.GetDuWeights().data(),
            t.GetDvWeights().data()};
 }
 
@@ -186,8 +185,8 @@ extern "C" int subdiv_isolation(const subdiv_cage *cage, int level)
     for (int i = 0; i < cage->sharp_corner_count; i++)
         if (cage->corner_sharpness[i] < SUBDIV_INFINITELY_SHARP)
             sharpest = std::max(sharpest, cage->corner_sharpness[i]), rounds |= cage->corner_sharpness[i] > 0;
-    /* Far's patches at a rounded boundary corner are right in the limit only: their error falls by 4 a level, from a tenth
-     * of the face. */
+    /* Far's patches at a rounded boundary corner are right in the limit only: their error falls by 4 a level,
+     * from a tenth of the face. */
     if (cage->boundary == SUBDIV_EDGE_ONLY && !rounds)
         return SUBDIV_ISOLATION_CORNER;
     return std::min(static_cast<int>(std::ceil(sharpest)), std::max(level, SUBDIV_ISOLATION_MAX));

@@ -13,7 +13,11 @@
 extern "C" {
 #endif
 
-typedef enum subdiv_boundary { SUBDIV_BOUNDARY_NONE, SUBDIV_EDGE_ONLY, SUBDIV_EDGE_AND_CORNER } subdiv_boundary;
+typedef enum subdiv_boundary {
+    SUBDIV_BOUNDARY_NONE,
+    SUBDIV_EDGE_ONLY,
+    SUBDIV_EDGE_AND_CORNER
+} subdiv_boundary;
 typedef enum subdiv_uv_rule {
     SUBDIV_UV_SMOOTH,
     SUBDIV_UV_CORNERS_ONLY,
@@ -26,8 +30,8 @@ typedef enum subdiv_uv_rule {
 /* A sharpness of this or more never rounds off (OpenSubdiv and USD agree on the number). */
 #define SUBDIV_INFINITELY_SHARP 10.0f
 
-/* A control mesh. Every index is in range, every face has three corners at least and no vertex twice, no edge has
- * more than two faces: whoever fills it has checked. */
+/* A control mesh. Every index is in range, every face has three corners at least and no vertex twice, no edge
+ * has more than two faces: whoever fills it has checked. */
 typedef struct subdiv_cage {
     bool loop; /* Loop's scheme on triangles, else Catmull-Clark */
     subdiv_boundary boundary;
@@ -47,14 +51,15 @@ typedef struct subdiv_cage {
 /* The edges of the cage and what the rules made of them. */
 typedef struct subdiv_topology {
     int edge_count;
-    const int *corner_edges;      /* [corner_count] edge from a corner to the next one of its face */
-    const int *edge_vertices;     /* [edge_count] pairs */
-    const uint8_t *edge_sharp;    /* infinitely sharp: two surfaces meet, each with its own normal */
-    const uint8_t *vertex_sharp;  /* likewise */
-    const uint8_t *face_hole;     /* has no surface */
+    const int *corner_edges;     /* [corner_count] edge from a corner to the next one of its face */
+    const int *edge_vertices;    /* [edge_count] pairs */
+    const uint8_t *edge_sharp;   /* infinitely sharp: two surfaces meet, each with its own normal */
+    const uint8_t *vertex_sharp; /* likewise */
+    const uint8_t *face_hole;    /* has no surface */
 } subdiv_topology;
 
-/* Rows of weights: row r reads entries first[r] … first[r + 1]. The value is the sum of weight * control value. */
+/* Rows of weights: row r reads entries first[r] … first[r + 1]. The value is the sum of weight * control
+ * value. */
 typedef struct subdiv_rows {
     size_t row_count, entry_count;
     const uint32_t *first; /* [row_count + 1] */
@@ -64,7 +69,8 @@ typedef struct subdiv_rows {
 
 typedef struct subdiv subdiv;
 
-/* Levels that creases which round off are followed; a sharper one is treated as if it were as sharp as this. */
+/* Levels that creases which round off are followed; a sharper one is treated as if it were as sharp as this.
+ */
 #define SUBDIV_ISOLATION_MAX 6
 /* Levels round the corners of surfaces whose boundaries round them. */
 #define SUBDIV_ISOLATION_CORNER 9
@@ -74,10 +80,9 @@ int subdiv_isolation(const subdiv_cage *cage, int level);
 
 /** Read a cage's topology.
  *
- *  isolation  levels by which the surface is refined round creases and irregular vertices; points that the grid of
- *             that level holds are exact
- *  Returns    NULL, with `error` in words, when OpenSubdiv refuses the cage or memory is out
- *  Owns       the caller ends it with subdiv_close
+ *  isolation  levels by which the surface is refined round creases and irregular vertices; points that the
+ * grid of that level holds are exact Returns    NULL, with `error` in words, when OpenSubdiv refuses the cage
+ * or memory is out Owns       the caller ends it with subdiv_close
  */
 subdiv *subdiv_open(const subdiv_cage *cage, int isolation, char *error, size_t error_size);
 void subdiv_close(subdiv *s);
@@ -94,9 +99,10 @@ static inline int subdiv_segments(const subdiv_cage *cage, int face, int level)
     return subdiv_patches(cage, face) > 1 ? 1 << (level - 1) : 1 << level;
 }
 
-/** Make the stencils of grids over all patches of faces that are no holes, one patch after another, u fastest: (n + 1)
- *  squared rows, for Loop those with i + j <= n. A quad's corners stand at (0,0) (1,0) (1,1) (0,1); a corner patch has
- *  its vertex at (0,0), the middle of the following edge at (1,0), the face's at (1,1); a triangle (0,0) (1,0) (0,1).
+/** Make the stencils of grids over all patches of faces that are no holes, one patch after another, u
+ * fastest: (n + 1) squared rows, for Loop those with i + j <= n. A quad's corners stand at (0,0) (1,0) (1,1)
+ * (0,1); a corner patch has its vertex at (0,0), the middle of the following edge at (1,0), the face's at
+ * (1,1); a triangle (0,0) (1,0) (0,1).
  *
  *  level  at least 1
  *  uv     of texture coordinates instead of vertices

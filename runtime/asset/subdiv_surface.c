@@ -1,8 +1,8 @@
-/* Welding. Every patch is sampled on a grid of its own, so that a point on a side has a row from each patch that
- * touches it. Points get numbers by where they lie on the cage (vertex, edge, middle of a face); the samples of one
- * point that share normal and texture coordinates become one vertex. Normals are shared by corners of faces that no
- * infinitely sharp edge parts. All vertices of a point take their position from its first sample, so that surfaces
- * that part there have no crack between them. */
+/* Welding. Every patch is sampled on a grid of its own, so that a point on a side has a row from each patch
+ * that touches it. Points get numbers by where they lie on the cage (vertex, edge, middle of a face); the
+ * samples of one point that share normal and texture coordinates become one vertex. Normals are shared by
+ * corners of faces that no infinitely sharp edge parts. All vertices of a point take their position from its
+ * first sample, so that surfaces that part there have no crack between them. */
 
 #include "runtime/asset/subdiv_surface.h"
 
@@ -24,10 +24,10 @@ typedef struct welder {
     const subdiv_topology *topology;
     const kd_vec2 *uv_values;
     subdiv_rows rows, uv_rows;
-    int level, n; /* segments along an edge */
-    uint32_t *group_of;    /* [corner_count] union-find: corners that share a normal */
-    uint32_t *first;       /* [point_count] variant, or KD_NONE */
-    uint32_t *vertex_of;   /* [rows.row_count] */
+    int level, n;        /* segments along an edge */
+    uint32_t *group_of;  /* [corner_count] union-find: corners that share a normal */
+    uint32_t *first;     /* [point_count] variant, or KD_NONE */
+    uint32_t *vertex_of; /* [rows.row_count] */
     variant *variants;
     uint32_t variant_count, index_count;
     uint32_t *indices;
@@ -112,7 +112,8 @@ static place inside(const welder *w, const patch *p, int corner, int at)
         return on_edge(w, p, corner, w->n / 2);
     if (at == p->segments)
         return (place){w->inner + p->face, 0};
-    return (place){w->inner + w->cage->face_count + (p->first_corner + corner) * (p->segments - 1) + at - 1, 0};
+    return (place){w->inner + w->cage->face_count + (p->first_corner + corner) * (p->segments - 1) + at - 1,
+                   0};
 }
 
 static place place_of(const welder *w, const patch *p, int i, int j)
@@ -169,7 +170,8 @@ static bool near(float a, float b)
 
 static bool same(const variant *a, const variant *b)
 {
-    return a->group == b->group && a->mirrored == b->mirrored && near(a->uv.x, b->uv.x) && near(a->uv.y, b->uv.y);
+    return a->group == b->group && a->mirrored == b->mirrored && near(a->uv.x, b->uv.x) &&
+           near(a->uv.y, b->uv.y);
 }
 
 static uint32_t vertex_for(welder *w, uint32_t row, place at)
@@ -309,7 +311,8 @@ static kd_status weld(welder *w, size_t triangles, kd_arena *kept, kd_arena *wor
 {
     const subdiv_cage *cage = w->cage;
     w->inner = cage->vertex_count + w->topology->edge_count * (w->n - 1);
-    size_t points = (size_t)w->inner + (size_t)cage->face_count + (size_t)cage->corner_count * (size_t)(w->n / 2);
+    size_t points =
+        (size_t)w->inner + (size_t)cage->face_count + (size_t)cage->corner_count * (size_t)(w->n / 2);
     int *mate = KD_ARENA_NEW(work, int, 2 * w->topology->edge_count + 1);
     w->group_of = KD_ARENA_NEW(work, uint32_t, cage->corner_count);
     w->first = KD_ARENA_NEW(work, uint32_t, points);
@@ -343,8 +346,8 @@ static kd_status finish(welder *w, kd_arena *kept, subdiv_surface *out)
     return KD_OK;
 }
 
-kd_status subdiv_surface_make(const subdiv_cage *cage, int level, const kd_vec2 *uv, kd_arena *kept, kd_arena *work,
-                              subdiv_surface *out, char *error, size_t error_size)
+kd_status subdiv_surface_make(const subdiv_cage *cage, int level, const kd_vec2 *uv, kd_arena *kept,
+                              kd_arena *work, subdiv_surface *out, char *error, size_t error_size)
 {
     *out = (subdiv_surface){0};
     subdiv *s = subdiv_open(cage, subdiv_isolation(cage, level), error, error_size);
@@ -359,7 +362,8 @@ kd_status subdiv_surface_make(const subdiv_cage *cage, int level, const kd_vec2 
         status = subdiv_stencils(s, level, true, &w.uv_rows, error, error_size);
     bool whole = w.rows.row_count == samples && (!w.uv_values || w.uv_rows.row_count == samples);
     if (!status && (!whole || !samples)) {
-        snprintf(error, error_size, "%s", samples ? "parts of the cage have no limit surface" : "the cage has no face with a surface");
+        snprintf(error, error_size, "%s",
+                 samples ? "parts of the cage have no limit surface" : "the cage has no face with a surface");
         status = KD_UNSUPPORTED;
     }
     if (!status)

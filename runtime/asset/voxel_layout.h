@@ -34,8 +34,9 @@ static inline size_t voxel_raw_bytes(uint32_t count, bool binds)
     return (size_t)count * (binds ? 24 : 12);
 }
 
-/** Place of a cell in the order of a block's voxels, and back: 8x8x8 cells together, in rows along x, y, z, Morton order
- *  inside, as shaders/voxel_cache/chunk_cell.glsl has it. Returns false when there is no such cell. */
+/** Place of a cell in the order of a block's voxels, and back: 8x8x8 cells together, in rows along x, y, z,
+ * Morton order inside, as shaders/voxel_cache/chunk_cell.glsl has it. Returns false when there is no such
+ * cell. */
 uint64_t voxel_cell_place(const uint32_t size[3], uint32_t cell);
 bool voxel_place_cell(const uint32_t size[3], uint64_t place, uint32_t *cell);
 

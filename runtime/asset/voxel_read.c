@@ -61,7 +61,8 @@ static bool block_is_sound(const kd_voxel_block *b, uint32_t level, uint64_t tab
         cells *= b->size[k];
     }
     return b->level == level && b->count && b->count <= cells && b->count <= KD_VOXEL_FILE_VOXELS &&
-           b->offset >= sizeof(voxel_header) && b->offset <= table_offset && b->bytes <= table_offset - b->offset;
+           b->offset >= sizeof(voxel_header) && b->offset <= table_offset &&
+           b->bytes <= table_offset - b->offset;
 }
 
 static bool level_is_sound(const kd_voxel_file *f, uint32_t number, uint64_t table_offset)

@@ -50,8 +50,7 @@ static bool begin(kd_voxel_writer *w)
 
 kd_status kd_voxel_writer_level(kd_voxel_writer *w, const kd_voxel_level *level)
 {
-    if (!begin(w) ||
-        !reserve((void **)&w->levels, &w->level_capacity, w->level_count, sizeof *w->levels))
+    if (!begin(w) || !reserve((void **)&w->levels, &w->level_capacity, w->level_count, sizeof *w->levels))
         return KD_NO_MEMORY;
     kd_voxel_level *l = &w->levels[w->level_count++];
     *l = *level;
@@ -63,7 +62,8 @@ kd_status kd_voxel_writer_level(kd_voxel_writer *w, const kd_voxel_level *level)
 
 kd_status kd_voxel_writer_block(kd_voxel_writer *w, const kd_voxel_block *block, const kd_voxel_words *words)
 {
-    size_t raw_bytes = voxel_raw_bytes(block->count, words->binding != NULL), bound = ZSTD_compressBound(raw_bytes);
+    size_t raw_bytes = voxel_raw_bytes(block->count, words->binding != NULL),
+           bound = ZSTD_compressBound(raw_bytes);
     if (block->count > KD_VOXEL_FILE_VOXELS)
         return KD_TOO_LARGE;
     uint8_t *raw = malloc(raw_bytes);

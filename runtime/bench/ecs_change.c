@@ -9,7 +9,8 @@
 
 /* ---- making ---- */
 
-static void bench_create(bench_run *run, uint32_t n, kd_entity *e) {
+static void bench_create(bench_run *run, uint32_t n, kd_entity *e)
+{
     bench b = bench_begin(run, "create3", n, "ns/entity", n);
     while (bench_wanted(run, b.name) && bench_more(&b)) {
         kd_world *w = bench_world(run);
@@ -23,7 +24,8 @@ static void bench_create(bench_run *run, uint32_t n, kd_entity *e) {
     bench_report(&b);
 }
 
-static void bench_create_again(bench_run *run, uint32_t n, kd_entity *e) {
+static void bench_create_again(bench_run *run, uint32_t n, kd_entity *e)
+{
     bench b = bench_begin(run, "create3_recycle", n, "ns/entity", n);
     kd_world *w = bench_wanted(run, b.name) ? bench_world(run) : NULL;
     while (w && bench_more(&b)) {
@@ -37,7 +39,8 @@ static void bench_create_again(bench_run *run, uint32_t n, kd_entity *e) {
     kd_world_destroy(w);
 }
 
-static void bench_create_bulk(bench_run *run, uint32_t n) {
+static void bench_create_bulk(bench_run *run, uint32_t n)
+{
     static const kd_component_desc *const descs[] = {&bench_position_desc, &bench_velocity_desc,
                                                      &bench_health_desc};
     if (!bench_wanted(run, "create3_bulk"))
@@ -63,7 +66,8 @@ static void bench_create_bulk(bench_run *run, uint32_t n) {
 }
 
 /* One prototype, copied one by one or in one call. */
-static void bench_copies(bench_run *run, uint32_t n, kd_entity *e, bool bulk) {
+static void bench_copies(bench_run *run, uint32_t n, kd_entity *e, bool bulk)
+{
     bench b = bench_begin(run, bulk ? "prefab_inst3_bulk" : "prefab_inst3", n, "ns/entity", n);
     kd_world *w = bench_wanted(run, b.name) ? bench_world(run) : NULL;
     if (!w)
@@ -84,7 +88,8 @@ static void bench_copies(bench_run *run, uint32_t n, kd_entity *e, bool bulk) {
     kd_world_destroy(w);
 }
 
-static void bench_memory(bench_run *run, uint32_t n, kd_entity *e) {
+static void bench_memory(bench_run *run, uint32_t n, kd_entity *e)
+{
     kd_world *w = bench_wanted(run, "mem_bytes_per_entity") ? bench_world(run) : NULL;
     if (!w)
         return;
@@ -94,7 +99,8 @@ static void bench_memory(bench_run *run, uint32_t n, kd_entity *e) {
     kd_world_destroy(w);
 }
 
-void bench_ecs_create(bench_run *run, uint32_t n, kd_entity *e) {
+void bench_ecs_create(bench_run *run, uint32_t n, kd_entity *e)
+{
     bench_create(run, n, e);
     bench_create_again(run, n, e);
     bench_create_bulk(run, n);
@@ -105,7 +111,8 @@ void bench_ecs_create(bench_run *run, uint32_t n, kd_entity *e) {
 
 /* ---- changing ---- */
 
-static void bench_destroy(bench_run *run, uint32_t n, kd_entity *e, bool random) {
+static void bench_destroy(bench_run *run, uint32_t n, kd_entity *e, bool random)
+{
     bench b = bench_begin(run, random ? "destroy_random" : "destroy", n, "ns/entity", n);
     while (bench_wanted(run, b.name) && bench_more(&b)) {
         kd_world *w = bench_world(run);
@@ -124,7 +131,8 @@ static void bench_destroy(bench_run *run, uint32_t n, kd_entity *e, bool random)
 }
 
 /* All that have a position, by query. */
-static void bench_destroy_bulk(bench_run *run, uint32_t n, kd_entity *e) {
+static void bench_destroy_bulk(bench_run *run, uint32_t n, kd_entity *e)
+{
     bench b = bench_begin(run, "destroy_bulk", n, "ns/entity", n);
     while (bench_wanted(run, b.name) && bench_more(&b)) {
         kd_world *w = bench_world(run);
@@ -142,7 +150,8 @@ static void bench_destroy_bulk(bench_run *run, uint32_t n, kd_entity *e) {
     bench_report(&b);
 }
 
-static void bench_add_remove(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
+static void bench_add_remove(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e)
+{
     bench add = bench_begin(run, "add1", n, "ns/entity", n);
     bench remove = bench_begin(run, "remove1", n, "ns/entity", n);
     while (bench_more(&add)) {
@@ -159,7 +168,8 @@ static void bench_add_remove(bench_run *run, kd_world *w, uint32_t n, const kd_e
     bench_report(&remove);
 }
 
-static void bench_sparse_add_remove(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
+static void bench_sparse_add_remove(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e)
+{
     bench add = bench_begin(run, "add1_sparse", n, "ns/entity", n);
     bench remove = bench_begin(run, "remove1_sparse", n, "ns/entity", n);
     while (bench_more(&add)) {
@@ -176,7 +186,8 @@ static void bench_sparse_add_remove(bench_run *run, kd_world *w, uint32_t n, con
     bench_report(&remove);
 }
 
-static void bench_add_remove_each(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
+static void bench_add_remove_each(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e)
+{
     bench b = bench_begin(run, "addremove1_each", n, "ns/entity", n);
     while (bench_more(&b)) {
         bench_start(&b);
@@ -189,7 +200,8 @@ static void bench_add_remove_each(bench_run *run, kd_world *w, uint32_t n, const
     bench_report(&b);
 }
 
-static void bench_deferred_add(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
+static void bench_deferred_add(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e)
+{
     kd_query *q = bench_moving(w);
     kd_commands *c = kd_world_commands(w, 0);
     bench b = bench_begin(run, "deferred_add_in_iter", n, "ns/entity", n);
@@ -208,7 +220,8 @@ static void bench_deferred_add(bench_run *run, kd_world *w, uint32_t n, const kd
     bench_report(&b);
 }
 
-static void bench_deferred_delete(bench_run *run, kd_world *w, uint32_t n, kd_entity *e) {
+static void bench_deferred_delete(bench_run *run, kd_world *w, uint32_t n, kd_entity *e)
+{
     kd_query *q = bench_moving(w);
     kd_commands *c = kd_world_commands(w, 0);
     bench b = bench_begin(run, "deferred_delete_in_iter", n, "ns/entity", n);
@@ -226,7 +239,8 @@ static void bench_deferred_delete(bench_run *run, kd_world *w, uint32_t n, kd_en
     bench_report(&b);
 }
 
-void bench_ecs_change(bench_run *run, uint32_t n, kd_entity *e) {
+void bench_ecs_change(bench_run *run, uint32_t n, kd_entity *e)
+{
     bench_destroy(run, n, e, false);
     bench_destroy(run, n, e, true);
     bench_destroy_bulk(run, n, e);
@@ -250,7 +264,8 @@ void bench_ecs_change(bench_run *run, uint32_t n, kd_entity *e) {
 /* ---- snapshots ---- */
 
 /* The bound: a copy of the payload. */
-static double plain_copy(bench_run *run, uint32_t n) {
+static double plain_copy(bench_run *run, uint32_t n)
+{
     size_t size = sizeof(bench_position) + sizeof(bench_velocity) + sizeof(bench_health);
     char *from = bench_alloc(run, n, size), *to = bench_alloc(run, n, size);
     bench b = bench_begin(run, "plain", n, "ns/entity", n);
@@ -265,7 +280,8 @@ static double plain_copy(bench_run *run, uint32_t n) {
     return bench_median(&b);
 }
 
-void bench_ecs_snapshot(bench_run *run, uint32_t n, kd_entity *e) {
+void bench_ecs_snapshot(bench_run *run, uint32_t n, kd_entity *e)
+{
     kd_world *w = bench_wanted(run, "snapshot_binary") || bench_wanted(run, "snapshot_restore")
                       ? bench_world(run)
                       : NULL;

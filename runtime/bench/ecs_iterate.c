@@ -8,12 +8,14 @@ typedef struct plain_arrays {
     bench_velocity *v;
 } plain_arrays;
 
-static void plain_share(void *user, uint32_t begin, uint32_t end) {
+static void plain_share(void *user, uint32_t begin, uint32_t end)
+{
     plain_arrays *a = user;
     bench_step(a->p + begin, a->v + begin, end - begin);
 }
 
-static double time_plain(bench_run *run, uint32_t n, uint32_t threads, plain_arrays *a) {
+static double time_plain(bench_run *run, uint32_t n, uint32_t threads, plain_arrays *a)
+{
     uint32_t inner = bench_repeats(n);
     bench b = bench_begin(run, "plain", n, "ns/entity", (double)n * inner);
     while (bench_more(&b)) {
@@ -27,7 +29,8 @@ static double time_plain(bench_run *run, uint32_t n, uint32_t threads, plain_arr
 
 /* The same step on plain arrays; with threads each takes an equal share, where that is quicker than one
  * thread. */
-static double plain_limit(bench_run *run, uint32_t n, uint32_t threads) {
+static double plain_limit(bench_run *run, uint32_t n, uint32_t threads)
+{
     plain_arrays a = {bench_alloc(run, n, sizeof *a.p), bench_alloc(run, n, sizeof *a.v)};
     double limit = 0;
     if (a.p && a.v) {
@@ -42,7 +45,8 @@ static double plain_limit(bench_run *run, uint32_t n, uint32_t threads) {
 }
 
 static void bench_query(bench_run *run, const char *name, uint32_t n, double visited, kd_query *q,
-                        double limit) {
+                        double limit)
+{
     uint32_t inner = bench_repeats(n);
     bench b = bench_begin(run, name, n, "ns/entity", visited * inner);
     b.limit = limit;
@@ -55,13 +59,15 @@ static void bench_query(bench_run *run, const char *name, uint32_t n, double vis
     bench_report(&b);
 }
 
-static void step_rows(kd_iter *rows, kd_commands *commands, void *user) {
+static void step_rows(kd_iter *rows, kd_commands *commands, void *user)
+{
     (void)commands;
     (void)user;
     bench_step(KD_COLUMN_MUT(rows, bench_position, 0), KD_COLUMN(rows, bench_velocity, 1), rows->count);
 }
 
-static void bench_query_split(bench_run *run, uint32_t n, kd_query *q) {
+static void bench_query_split(bench_run *run, uint32_t n, kd_query *q)
+{
     uint32_t inner = bench_repeats(n);
     bench b = bench_begin(run, "iter2", n, "ns/entity", (double)n * inner);
     b.threads = run->threads;
@@ -76,7 +82,8 @@ static void bench_query_split(bench_run *run, uint32_t n, kd_query *q) {
     bench_report(&b);
 }
 
-static void bench_fragments(bench_run *run, const char *name, uint32_t n, uint32_t bits, kd_entity *e) {
+static void bench_fragments(bench_run *run, const char *name, uint32_t n, uint32_t bits, kd_entity *e)
+{
     kd_world *w = bench_wanted(run, name) ? bench_fragmented(run, n, bits, e) : NULL;
     if (!w)
         return;
@@ -84,7 +91,8 @@ static void bench_fragments(bench_run *run, const char *name, uint32_t n, uint32
     kd_world_destroy(w);
 }
 
-static void bench_one_of_eight(bench_run *run, uint32_t n) {
+static void bench_one_of_eight(bench_run *run, uint32_t n)
+{
     kd_world *w = bench_wanted(run, "iter2_1of8_match") ? bench_world(run) : NULL;
     if (!w)
         return;
@@ -97,7 +105,8 @@ static void bench_one_of_eight(bench_run *run, uint32_t n) {
     kd_world_destroy(w);
 }
 
-void bench_ecs_iterate(bench_run *run, uint32_t n, kd_entity *e) {
+void bench_ecs_iterate(bench_run *run, uint32_t n, kd_entity *e)
+{
     kd_world *w = bench_wanted(run, "iter2") ? bench_world(run) : NULL;
     if (w) {
         bench_fill(w, e, n);
@@ -113,7 +122,8 @@ void bench_ecs_iterate(bench_run *run, uint32_t n, kd_entity *e) {
 
 /* ---- by handle ---- */
 
-static double plain_get(bench_run *run, uint32_t n, const kd_entity *e) {
+static double plain_get(bench_run *run, uint32_t n, const kd_entity *e)
+{
     uint32_t inner = bench_repeats(n);
     bench_position *p = bench_alloc(run, (size_t)n + 2, sizeof *p); /* indices of handles may begin at 1 */
     bench b = bench_begin(run, "plain", n, "ns/entity", (double)n * inner);
@@ -130,7 +140,8 @@ static double plain_get(bench_run *run, uint32_t n, const kd_entity *e) {
     return bench_median(&b);
 }
 
-static void bench_get(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
+static void bench_get(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e)
+{
     uint32_t inner = bench_repeats(n);
     bench b = bench_begin(run, "get_random", n, "ns/entity", (double)n * inner);
     b.limit = plain_get(run, n, e);
@@ -146,7 +157,8 @@ static void bench_get(bench_run *run, kd_world *w, uint32_t n, const kd_entity *
     bench_report(&b);
 }
 
-static void bench_get_lookup(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
+static void bench_get_lookup(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e)
+{
     uint32_t inner = bench_repeats(n);
     kd_lookup positions = KD_LOOKUP(w, bench_position);
     bench b = bench_begin(run, "get_random_lookup", n, "ns/entity", (double)n * inner);
@@ -165,7 +177,8 @@ static void bench_get_lookup(bench_run *run, kd_world *w, uint32_t n, const kd_e
     bench_report(&b);
 }
 
-static void bench_alive(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e) {
+static void bench_alive(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e)
+{
     uint32_t inner = bench_repeats(n);
     bench b = bench_begin(run, "is_alive_random", n, "ns/entity", (double)n * inner);
     while (bench_more(&b)) {
@@ -180,7 +193,8 @@ static void bench_alive(bench_run *run, kd_world *w, uint32_t n, const kd_entity
     bench_report(&b);
 }
 
-void bench_ecs_access(bench_run *run, uint32_t n, kd_entity *e) {
+void bench_ecs_access(bench_run *run, uint32_t n, kd_entity *e)
+{
     bool get = bench_wanted(run, "get_random"), lookup = bench_wanted(run, "get_random_lookup"),
          alive = bench_wanted(run, "is_alive_random");
     kd_world *w = get || lookup || alive ? bench_world(run) : NULL;

@@ -5,14 +5,16 @@
 enum { QUERIES = 1000, APART = 16 };
 
 /* ---- observers ---- */
-static void count_event(kd_world *w, const kd_observed *what, void *user) {
+static void count_event(kd_world *w, const kd_observed *what, void *user)
+{
     uint32_t *count = user;
     (void)w;
     (void)what;
     ++*count;
 }
 
-static void bench_observed_create(bench_run *run, uint32_t n, kd_entity *e) {
+static void bench_observed_create(bench_run *run, uint32_t n, kd_entity *e)
+{
     bench b = bench_begin(run, "create3_onset_observer", n, "ns/entity", n);
     while (bench_wanted(run, b.name) && bench_more(&b)) {
         kd_world *w = bench_world(run);
@@ -32,7 +34,8 @@ static void bench_observed_create(bench_run *run, uint32_t n, kd_entity *e) {
 }
 
 /* ---- changes ---- */
-static float sum_changed(kd_query *q, uint64_t since) {
+static float sum_changed(kd_query *q, uint64_t since)
+{
     float sum = 0;
     kd_iter it = kd_query_iter(q);
     it.changed_since = since;
@@ -44,7 +47,8 @@ static float sum_changed(kd_query *q, uint64_t since) {
     return sum;
 }
 
-static void bench_none_changed(bench_run *run, kd_world *w, uint32_t n, kd_query *q) {
+static void bench_none_changed(bench_run *run, kd_world *w, uint32_t n, kd_query *q)
+{
     uint64_t since = kd_world_version(w);
     bench b = bench_begin(run, "changed_none_per_query", n, "ns/query", QUERIES);
     while (bench_more(&b)) {
@@ -58,8 +62,10 @@ static void bench_none_changed(bench_run *run, kd_world *w, uint32_t n, kd_query
     bench_report(&b);
 }
 
-/* One entity of sixteen was written by its handle; both the marking and the visit of what changed are timed. */
-static void bench_some_changed(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e, kd_query *q) {
+/* One entity of sixteen was written by its handle; both the marking and the visit of what changed are timed.
+ */
+static void bench_some_changed(bench_run *run, kd_world *w, uint32_t n, const kd_entity *e, kd_query *q)
+{
     bench mark = bench_begin(run, "changed_mark_modified", n, "ns/mark", (n + APART - 1) / APART);
     bench scan = bench_begin(run, "changed_1of16_scan", n, "ns/entity", n);
     while (bench_more(&mark)) {
@@ -77,7 +83,8 @@ static void bench_some_changed(bench_run *run, kd_world *w, uint32_t n, const kd
     bench_report(&scan);
 }
 
-static void bench_changes(bench_run *run, uint32_t n, kd_entity *e) {
+static void bench_changes(bench_run *run, uint32_t n, kd_entity *e)
+{
     bool none = bench_wanted(run, "changed_none_per_query");
     bool some = bench_wanted(run, "changed_mark_modified") || bench_wanted(run, "changed_1of16_scan");
     kd_world *w = none || some ? bench_fragmented(run, n, 3, e) : NULL;
@@ -93,7 +100,8 @@ static void bench_changes(bench_run *run, uint32_t n, kd_entity *e) {
     kd_world_destroy(w);
 }
 
-void bench_ecs_notice(bench_run *run, uint32_t n, kd_entity *e) {
+void bench_ecs_notice(bench_run *run, uint32_t n, kd_entity *e)
+{
     bench_observed_create(run, n, e);
     bench_changes(run, n, e);
 }

@@ -20,7 +20,8 @@ KD_COMPONENT_DEFINE(bench_placed, "placed",
                     KD_FIELD(bench_placed, x, KD_VEC4, "m", "place and scale in the world"));
 
 /* As many levels as fit; the roots always. */
-static uint32_t count_levels(uint32_t most, uint32_t *nodes) {
+static uint32_t count_levels(uint32_t most, uint32_t *nodes)
+{
     uint32_t levels = 1, wide = ROOTS;
     *nodes = ROOTS;
     while (levels < LEVELS && *nodes + wide * FAN <= most) {
@@ -31,7 +32,8 @@ static uint32_t count_levels(uint32_t most, uint32_t *nodes) {
     return levels;
 }
 
-static void make_tree(kd_world *w, kd_entity *e, uint32_t levels) {
+static void make_tree(kd_world *w, kd_entity *e, uint32_t levels)
+{
     uint32_t n = 0, low = 0;
     for (uint32_t i = 0; i < ROOTS; i++)
         e[n++] = kd_spawn(w, KD_VAL(bench_local, {1, 2, 3, 1}), KD_VAL(bench_placed, {0, 0, 0, 1}));
@@ -45,7 +47,8 @@ static void make_tree(kd_world *w, kd_entity *e, uint32_t levels) {
     }
 }
 
-static void propagate(kd_world *w, kd_query *q) {
+static void propagate(kd_world *w, kd_query *q)
+{
     for (kd_iter it = kd_query_iter(q); kd_iter_next(&it);) {
         bench_placed *out = KD_COLUMN_MUT(&it, bench_placed, 0);
         const bench_local *l = KD_COLUMN(&it, bench_local, 1);
@@ -58,7 +61,8 @@ static void propagate(kd_world *w, kd_query *q) {
     }
 }
 
-static double plain_tree(bench_run *run, uint32_t n) {
+static double plain_tree(bench_run *run, uint32_t n)
+{
     bench_local *l = bench_alloc(run, n, sizeof *l);
     bench_placed *p = bench_alloc(run, n, sizeof *p);
     uint32_t *parent = bench_alloc(run, n, sizeof *parent);
@@ -82,7 +86,8 @@ static double plain_tree(bench_run *run, uint32_t n) {
     return bench_median(&b);
 }
 
-static void bench_tree_create(bench_run *run, kd_entity *e, uint32_t levels, uint32_t n) {
+static void bench_tree_create(bench_run *run, kd_entity *e, uint32_t levels, uint32_t n)
+{
     bench b = bench_begin(run, "tree_create", n, "ns/node", n);
     while (bench_more(&b)) {
         kd_world *w = bench_world(run);
@@ -97,14 +102,16 @@ static void bench_tree_create(bench_run *run, kd_entity *e, uint32_t levels, uin
 }
 
 /* Sums of 1, 2, 3 over the levels stand at the last leaf. */
-static void check_tree(bench_run *run, const kd_world *w, kd_entity leaf, uint32_t levels) {
+static void check_tree(bench_run *run, const kd_world *w, kd_entity leaf, uint32_t levels)
+{
     const bench_placed *p = kd_find(w, leaf, bench_placed);
     float depth = (float)levels;
     if (!p || p->x != depth || p->y != 2 * depth || p->z != 3 * depth)
         run->status = kd_fail(KD_OUT_OF_RANGE, "bench: tree4: wrong result; please report this");
 }
 
-void bench_ecs_tree(bench_run *run) {
+void bench_ecs_tree(bench_run *run)
+{
     uint32_t n, levels = count_levels(bench_size(run, 65535), &n);
     kd_entity *e = bench_wanted(run, "tree4") || bench_wanted(run, "tree_create") ||
                            bench_wanted(run, "tree_mem_B_per_node")
@@ -139,11 +146,13 @@ void bench_ecs_tree(bench_run *run) {
 
 /* ---- frames and worlds ---- */
 
-static void no_work(kd_system_context *context) {
+static void no_work(kd_system_context *context)
+{
     (void)context;
 }
 
-static void bench_frames(bench_run *run, kd_jobs *jobs, const char *name, uint32_t systems) {
+static void bench_frames(bench_run *run, kd_jobs *jobs, const char *name, uint32_t systems)
+{
     kd_world *w = bench_wanted(run, name) ? bench_world(run) : NULL;
     kd_schedule *s = w ? kd_schedule_make(w, jobs, NULL) : NULL;
     bench b =
@@ -171,7 +180,8 @@ static void bench_frames(bench_run *run, kd_jobs *jobs, const char *name, uint32
     kd_world_destroy(w);
 }
 
-void bench_ecs_frame(bench_run *run) {
+void bench_ecs_frame(bench_run *run)
+{
     kd_jobs *alone = kd_jobs_make(1);
     if (!alone) {
         bench_fail(run);

@@ -14,12 +14,14 @@ enum {
     WORK_STEPS = 200, /* about 0.42 us */
 };
 
-static void empty(void *user, uint32_t worker) {
+static void empty(void *user, uint32_t worker)
+{
     (void)user;
     (void)worker;
 }
 
-static void empty_range(void *user, uint32_t begin, uint32_t end, uint32_t worker) {
+static void empty_range(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
     (void)user;
     (void)begin;
     (void)end;
@@ -27,7 +29,8 @@ static void empty_range(void *user, uint32_t begin, uint32_t end, uint32_t worke
 }
 
 /* A chain of dependent operations that no compiler can shorten: it begins and ends in a volatile. */
-static void work(void *user, uint32_t worker) {
+static void work(void *user, uint32_t worker)
+{
     double x;
     (void)user;
     (void)worker;
@@ -38,7 +41,8 @@ static void work(void *user, uint32_t worker) {
     bench_sink = x;
 }
 
-static double serial_work(bench_run *run) {
+static double serial_work(bench_run *run)
+{
     bench b = bench_begin(run, "serial", JOBS, "ns/job", JOBS);
     kd_job_fn *volatile fn = work;
     while (bench_more(&b)) {
@@ -53,7 +57,8 @@ static double serial_work(bench_run *run) {
 /* ---- starting and joining ---- */
 
 static void bench_jobs_one_by_one(bench_run *run, kd_jobs *jobs, const char *name, kd_job_fn *fn,
-                                  double limit) {
+                                  double limit)
+{
     uint32_t n = bench_size(run, JOBS);
     if (!bench_wanted(run, name))
         return;
@@ -71,7 +76,8 @@ static void bench_jobs_one_by_one(bench_run *run, kd_jobs *jobs, const char *nam
     bench_report(&b);
 }
 
-static void bench_jobs_batch(bench_run *run, kd_jobs *jobs, const char *name, kd_job_fn *fn, double limit) {
+static void bench_jobs_batch(bench_run *run, kd_jobs *jobs, const char *name, kd_job_fn *fn, double limit)
+{
     uint32_t n = bench_size(run, JOBS);
     void **users = bench_wanted(run, name) ? bench_alloc(run, n, sizeof *users) : NULL;
     if (!users)
@@ -91,7 +97,8 @@ static void bench_jobs_batch(bench_run *run, kd_jobs *jobs, const char *name, kd
 }
 
 static void bench_loops(bench_run *run, kd_jobs *jobs, const char *name, uint32_t count, uint32_t calls,
-                        const char *unit, double items) {
+                        const char *unit, double items)
+{
     if (!bench_wanted(run, name))
         return;
     bench b = bench_begin(run, name, count, unit, items);
@@ -111,7 +118,8 @@ typedef struct vectors {
     float *x, *y;
 } vectors;
 
-static void saxpy_share(void *user, uint32_t begin, uint32_t end) {
+static void saxpy_share(void *user, uint32_t begin, uint32_t end)
+{
     const vectors *v = user;
     const float *x = v->x;
     float *restrict y = v->y;
@@ -119,12 +127,14 @@ static void saxpy_share(void *user, uint32_t begin, uint32_t end) {
         y[i] += 0.5f * x[i];
 }
 
-static void saxpy(void *user, uint32_t begin, uint32_t end, uint32_t worker) {
+static void saxpy(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
     (void)worker;
     saxpy_share(user, begin, end);
 }
 
-static double plain_saxpy(bench_run *run, uint32_t threads, uint32_t n, vectors *v) {
+static double plain_saxpy(bench_run *run, uint32_t threads, uint32_t n, vectors *v)
+{
     bench b = bench_begin(run, "plain", n, "ns/float", n);
     while (bench_more(&b)) {
         bench_start(&b);
@@ -134,7 +144,8 @@ static double plain_saxpy(bench_run *run, uint32_t threads, uint32_t n, vectors 
     return bench_median(&b);
 }
 
-static void bench_saxpy(bench_run *run, kd_jobs *jobs) {
+static void bench_saxpy(bench_run *run, kd_jobs *jobs)
+{
     uint32_t n = bench_size(run, FLOATS);
     if (!bench_wanted(run, "saxpy10M"))
         return;
@@ -155,7 +166,8 @@ static void bench_saxpy(bench_run *run, kd_jobs *jobs) {
 
 /* ---- graphs ---- */
 
-static void build_chain(kd_job_graph *g, uint32_t n, kd_job_fn *fn) {
+static void build_chain(kd_job_graph *g, uint32_t n, kd_job_fn *fn)
+{
     for (uint32_t i = 0; i < n; i++) {
         kd_job_node node = kd_job_graph_add(g, fn, NULL);
         if (i > 0)
@@ -164,7 +176,8 @@ static void build_chain(kd_job_graph *g, uint32_t n, kd_job_fn *fn) {
 }
 
 /* Up to three different predecessors a node; 1486 edges for 1000 nodes. */
-static void build_random(kd_job_graph *g, uint32_t n, kd_job_fn *fn) {
+static void build_random(kd_job_graph *g, uint32_t n, kd_job_fn *fn)
+{
     uint32_t s = 7;
     kd_job_graph_add(g, fn, NULL);
     for (uint32_t i = 1; i < n; i++) {
@@ -186,7 +199,8 @@ static void build_random(kd_job_graph *g, uint32_t n, kd_job_fn *fn) {
 typedef void build_fn(kd_job_graph *g, uint32_t n, kd_job_fn *fn);
 
 static void bench_graph(bench_run *run, kd_jobs *jobs, const char *name, build_fn *build, kd_job_fn *fn,
-                        bool rebuild, double limit) {
+                        bool rebuild, double limit)
+{
     uint32_t n = bench_size(run, GRAPH);
     kd_job_graph *g = bench_wanted(run, name) ? kd_job_graph_make(jobs) : NULL;
     if (!g)
@@ -210,7 +224,8 @@ static void bench_graph(bench_run *run, kd_jobs *jobs, const char *name, build_f
     kd_job_graph_destroy(g);
 }
 
-static void bench_with(bench_run *run, kd_jobs *jobs, double work_ns) {
+static void bench_with(bench_run *run, kd_jobs *jobs, double work_ns)
+{
     uint32_t n = bench_size(run, JOBS);
     double share_ns = work_ns / kd_jobs_threads(jobs);
     bench_jobs_one_by_one(run, jobs, "empty_job", empty, 0);
@@ -226,7 +241,8 @@ static void bench_with(bench_run *run, kd_jobs *jobs, double work_ns) {
     bench_graph(run, jobs, "dag1000_work", build_random, work, false, share_ns);
 }
 
-kd_status kd_bench_jobs(const kd_bench_desc *desc) {
+kd_status kd_bench_jobs(const kd_bench_desc *desc)
+{
     bench_run run;
     kd_status status = bench_open(&run, desc, "jobs");
     if (status != KD_OK)

@@ -7,7 +7,8 @@ typedef struct triad_arrays {
     double *a, *b, *c;
 } triad_arrays;
 
-static void triad(void *user, uint32_t begin, uint32_t end) {
+static void triad(void *user, uint32_t begin, uint32_t end)
+{
     triad_arrays *t = user;
     double *restrict a = t->a;
     const double *b = t->b, *c = t->c;
@@ -15,7 +16,8 @@ static void triad(void *user, uint32_t begin, uint32_t end) {
         a[i] = b[i] + 3.0 * c[i];
 }
 
-static void measure(bench_run *run, const char *name, uint32_t n, uint32_t threads, triad_arrays *t) {
+static void measure(bench_run *run, const char *name, uint32_t n, uint32_t threads, triad_arrays *t)
+{
     uint32_t inner = threads == 1 ? bench_repeats(n) * 10 : 1;
     bench b = bench_begin(run, name, n, "GB/s", 1);
     b.threads = threads;
@@ -31,7 +33,8 @@ static void measure(bench_run *run, const char *name, uint32_t n, uint32_t threa
     bench_report(&b);
 }
 
-kd_status kd_bench_limits(const kd_bench_desc *desc) {
+kd_status kd_bench_limits(const kd_bench_desc *desc)
+{
     static const struct {
         const char *name;
         uint32_t n;

@@ -15,7 +15,8 @@ enum {
 
 _Thread_local volatile double bench_sink;
 
-kd_status bench_open(bench_run *run, const kd_bench_desc *desc, const char *name) {
+kd_status bench_open(bench_run *run, const kd_bench_desc *desc, const char *name)
+{
     *run = (bench_run){.desc = desc, .name = name, .jobs = kd_jobs_make(desc->threads)};
     if (!run->jobs)
         return kd_fail(KD_NO_MEMORY, "bench: the threads could not be started; ask for fewer with --threads");
@@ -23,28 +24,34 @@ kd_status bench_open(bench_run *run, const kd_bench_desc *desc, const char *name
     return KD_OK;
 }
 
-void bench_close(bench_run *run) {
+void bench_close(bench_run *run)
+{
     kd_jobs_destroy(run->jobs);
 }
 
-bool bench_wanted(const bench_run *run, const char *name) {
+bool bench_wanted(const bench_run *run, const char *name)
+{
     return run->status == KD_OK && (!run->desc->only || strstr(name, run->desc->only));
 }
 
-uint32_t bench_size(const bench_run *run, uint32_t fixed) {
+uint32_t bench_size(const bench_run *run, uint32_t fixed)
+{
     return run->desc->n && run->desc->n < fixed ? run->desc->n : fixed;
 }
 
-uint32_t bench_repeats(uint32_t n) {
+uint32_t bench_repeats(uint32_t n)
+{
     return n >= SAMPLE_ITEMS ? 1 : SAMPLE_ITEMS / n;
 }
 
-void bench_fail(bench_run *run) {
+void bench_fail(bench_run *run)
+{
     if (run->status == KD_OK)
         run->status = kd_fail(KD_NO_MEMORY, "bench: out of memory; choose a smaller size with --n");
 }
 
-void *bench_alloc(bench_run *run, size_t count, size_t size) {
+void *bench_alloc(bench_run *run, size_t count, size_t size)
+{
     size_t bytes = (count * size + 63) & ~(size_t)63;
     void *memory = aligned_alloc(64, bytes ? bytes : 64);
     if (memory)
@@ -56,20 +63,24 @@ void *bench_alloc(bench_run *run, size_t count, size_t size) {
 
 /* ---- samples ---- */
 
-bench bench_begin(bench_run *run, const char *name, uint32_t n, const char *unit, double items) {
+bench bench_begin(bench_run *run, const char *name, uint32_t n, const char *unit, double items)
+{
     return (bench){.run = run, .name = name, .unit = unit, .n = n, .threads = 1, .items = items, .count = -1};
 }
 
-bool bench_more(const bench *b) {
+bool bench_more(const bench *b)
+{
     return b->run->status == KD_OK && b->count < BENCH_SAMPLES &&
            (b->count < BENCH_LEAST || b->spent_ns < BUDGET_NS);
 }
 
-void bench_start(bench *b) {
+void bench_start(bench *b)
+{
     b->begun_ns = kd_clock_ns();
 }
 
-void bench_stop(bench *b) {
+void bench_stop(bench *b)
+{
     uint64_t took_ns = kd_clock_ns() - b->begun_ns;
     if (b->count >= 0) {
         b->samples[b->count] = (double)took_ns / b->items;
@@ -78,19 +89,22 @@ void bench_stop(bench *b) {
     b->count++;
 }
 
-static int ascending(const void *a, const void *b) {
+static int ascending(const void *a, const void *b)
+{
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
-double bench_median(bench *b) {
+double bench_median(bench *b)
+{
     if (b->count <= 0)
         return 0;
     qsort(b->samples, (size_t)b->count, sizeof(double), ascending);
     return b->samples[b->count / 2];
 }
 
-void bench_report(bench *b) {
+void bench_report(bench *b)
+{
     if (b->run->status != KD_OK || b->count <= 0)
         return;
     double median = bench_median(b);
@@ -105,7 +119,8 @@ void bench_report(bench *b) {
                                                            .limit = b->limit});
 }
 
-void bench_value(bench_run *run, const char *name, uint32_t n, const char *unit, double value) {
+void bench_value(bench_run *run, const char *name, uint32_t n, const char *unit, double value)
+{
     bench b = bench_begin(run, name, n, unit, 1);
     b.samples[0] = value;
     b.count = 1;
@@ -122,13 +137,15 @@ typedef struct share {
     bool started;
 } share;
 
-static void *run_share(void *user) {
+static void *run_share(void *user)
+{
     share *s = user;
     s->fn(s->user, s->begin, s->end);
     return NULL;
 }
 
-void bench_split(uint32_t threads, uint32_t count, bench_share_fn *fn, void *user) {
+void bench_split(uint32_t threads, uint32_t count, bench_share_fn *fn, void *user)
+{
     share shares[MAX_SHARES];
     threads = threads > MAX_SHARES ? MAX_SHARES : threads;
     for (uint32_t i = 0; i < threads; i++) {

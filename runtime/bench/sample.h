@@ -68,7 +68,8 @@ void bench_value(bench_run *run, const char *name, uint32_t n, const char *unit,
 typedef void bench_share_fn(void *user, uint32_t begin, uint32_t end);
 void bench_split(uint32_t threads, uint32_t count, bench_share_fn *fn, void *user);
 
-static inline uint32_t bench_random(uint32_t *s) {
+static inline uint32_t bench_random(uint32_t *s)
+{
     *s ^= *s << 13;
     *s ^= *s >> 17;
     *s ^= *s << 5;

@@ -3,7 +3,8 @@
 
 #include <stddef.h>
 
-/* A bump allocator over a chain of blocks. A reset keeps the memory, so that a steady frame allocates nothing. */
+/* A bump allocator over a chain of blocks. A reset keeps the memory, so that a steady frame allocates
+ * nothing. */
 typedef struct kd_arena_block kd_arena_block;
 typedef struct kd_arena {
     kd_arena_block *first;

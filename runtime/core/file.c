@@ -31,14 +31,12 @@ static kd_status fail_errno(const char *path, const char *action)
         return kd_fail(KD_DISK_FULL, "%s: no space left (%s); make room or choose another disk", path,
                        action);
     case ENXIO:
-        return kd_fail(KD_IO, "%s: is a pipe that nobody reads (%s); start the reader first, or name a file", path,
-                       action);
+        return kd_fail(KD_IO, "%s: is a pipe that nobody reads (%s); start the reader first, or name a file",
+                       path, action);
     case ENAMETOOLONG:
         return kd_fail(KD_OUT_OF_RANGE, "%s: the name is too long (%s); use a shorter one", path, action);
-    case ENOMEM:
-        return kd_fail(KD_NO_MEMORY, "%s: out of memory (%s)", path, action);
-    default:
-        return kd_fail(KD_IO, "%s: %s (%s)", path, strerror(errno), action);
+    case ENOMEM: return kd_fail(KD_NO_MEMORY, "%s: out of memory (%s)", path, action);
+    default: return kd_fail(KD_IO, "%s: %s (%s)", path, strerror(errno), action);
     }
 }
 

@@ -5,10 +5,12 @@
 
 typedef enum kd_log_level { KD_LOG_DEBUG, KD_LOG_INFO, KD_LOG_WARNING, KD_LOG_ERROR } kd_log_level;
 
-/** Receive one message without newline; `text` is borrowed for the call. Threading: any thread, one call at a time. */
+/** Receive one message without newline; `text` is borrowed for the call. Threading: any thread, one call at a
+ * time. */
 typedef void kd_log_sink(void *user, kd_log_level level, const char *text);
 
-/** Hand in the sink for all messages; NULL restores the default, which writes `kandil: TEXT` to standard error. */
+/** Hand in the sink for all messages; NULL restores the default, which writes `kandil: TEXT` to standard
+ * error. */
 void kd_log_set_sink(kd_log_sink *sink, void *user);
 
 /** Write one message. Threading: any. */

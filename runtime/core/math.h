@@ -8,11 +8,21 @@
 
 #include <cglm/cglm.h>
 
-typedef struct kd_vec2 { float x, y; } kd_vec2;
-typedef struct kd_vec3 { float x, y, z; } kd_vec3;
-typedef struct kd_vec4 { float x, y, z, w; } kd_vec4;
-typedef struct kd_quat { float x, y, z, w; } kd_quat; /* (0,0,0,1) is no rotation */
-typedef struct kd_mat4 { float m[16]; } kd_mat4;      /* column-major */
+typedef struct kd_vec2 {
+    float x, y;
+} kd_vec2;
+typedef struct kd_vec3 {
+    float x, y, z;
+} kd_vec3;
+typedef struct kd_vec4 {
+    float x, y, z, w;
+} kd_vec4;
+typedef struct kd_quat {
+    float x, y, z, w;
+} kd_quat; /* (0,0,0,1) is no rotation */
+typedef struct kd_mat4 {
+    float m[16];
+} kd_mat4; /* column-major */
 
 #define KD_MAT4_IDENTITY ((kd_mat4){{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}})
 
@@ -22,8 +32,8 @@ static inline kd_mat4 kd_mat4_mul(const kd_mat4 *a, const kd_mat4 *b)
     kd_mat4 out;
     for (int c = 0; c < 4; c++)
         for (int r = 0; r < 4; r++)
-            out.m[c * 4 + r] = a->m[r] * b->m[c * 4] + a->m[4 + r] * b->m[c * 4 + 1] + a->m[8 + r] * b->m[c * 4 + 2] +
-                               a->m[12 + r] * b->m[c * 4 + 3];
+            out.m[c * 4 + r] = a->m[r] * b->m[c * 4] + a->m[4 + r] * b->m[c * 4 + 1] +
+                               a->m[8 + r] * b->m[c * 4 + 2] + a->m[12 + r] * b->m[c * 4 + 3];
     return out;
 }
 
@@ -34,7 +44,8 @@ static inline kd_mat4 kd_mat4_from_trs(kd_vec3 t, kd_quat q, kd_vec3 s)
     float wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
     return (kd_mat4){{(1 - 2 * (yy + zz)) * s.x, 2 * (xy + wz) * s.x, 2 * (xz - wy) * s.x, 0,
                       2 * (xy - wz) * s.y, (1 - 2 * (xx + zz)) * s.y, 2 * (yz + wx) * s.y, 0,
-                      2 * (xz + wy) * s.z, 2 * (yz - wx) * s.z, (1 - 2 * (xx + yy)) * s.z, 0, t.x, t.y, t.z, 1}};
+                      2 * (xz + wy) * s.z, 2 * (yz - wx) * s.z, (1 - 2 * (xx + yy)) * s.z, 0, t.x, t.y, t.z,
+                      1}};
 }
 
 /** Transform a point (w = 1) by an affine matrix. */
@@ -48,19 +59,35 @@ static inline kd_vec3 kd_mat4_point(const kd_mat4 *m, kd_vec3 p)
 /** Transform a direction (w = 0) by an affine matrix; the result is not normalised. */
 static inline kd_vec3 kd_mat4_direction(const kd_mat4 *m, kd_vec3 d)
 {
-    return (kd_vec3){m->m[0] * d.x + m->m[4] * d.y + m->m[8] * d.z, m->m[1] * d.x + m->m[5] * d.y + m->m[9] * d.z,
+    return (kd_vec3){m->m[0] * d.x + m->m[4] * d.y + m->m[8] * d.z,
+                     m->m[1] * d.x + m->m[5] * d.y + m->m[9] * d.z,
                      m->m[2] * d.x + m->m[6] * d.y + m->m[10] * d.z};
 }
 
-static inline kd_vec3 kd_vec3_add(kd_vec3 a, kd_vec3 b) { return (kd_vec3){a.x + b.x, a.y + b.y, a.z + b.z}; }
-static inline kd_vec3 kd_vec3_sub(kd_vec3 a, kd_vec3 b) { return (kd_vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
-static inline kd_vec3 kd_vec3_scale(kd_vec3 a, float s) { return (kd_vec3){a.x * s, a.y * s, a.z * s}; }
-static inline float kd_vec3_dot(kd_vec3 a, kd_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline kd_vec3 kd_vec3_add(kd_vec3 a, kd_vec3 b)
+{
+    return (kd_vec3){a.x + b.x, a.y + b.y, a.z + b.z};
+}
+static inline kd_vec3 kd_vec3_sub(kd_vec3 a, kd_vec3 b)
+{
+    return (kd_vec3){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+static inline kd_vec3 kd_vec3_scale(kd_vec3 a, float s)
+{
+    return (kd_vec3){a.x * s, a.y * s, a.z * s};
+}
+static inline float kd_vec3_dot(kd_vec3 a, kd_vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 static inline kd_vec3 kd_vec3_cross(kd_vec3 a, kd_vec3 b)
 {
     return (kd_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-static inline float kd_vec3_length(kd_vec3 a) { return sqrtf(kd_vec3_dot(a, a)); }
+static inline float kd_vec3_length(kd_vec3 a)
+{
+    return sqrtf(kd_vec3_dot(a, a));
+}
 /** Normalise; a zero vector gives `fallback`. */
 static inline kd_vec3 kd_vec3_normalize(kd_vec3 a, kd_vec3 fallback)
 {

@@ -6,12 +6,14 @@
 
 #define NEAREST_MAX 48 /* longer words are compared by their first characters only */
 
-static size_t min3(size_t a, size_t b, size_t c) {
+static size_t min3(size_t a, size_t b, size_t c)
+{
     size_t m = a < b ? a : b;
     return m < c ? m : c;
 }
 
-static size_t edit_distance(const char *a, size_t n, const char *b, size_t m) {
+static size_t edit_distance(const char *a, size_t n, const char *b, size_t m)
+{
     size_t rows[3][NEAREST_MAX + 1];
     size_t *before = rows[0], *above = rows[1], *row = rows[2];
     for (size_t j = 0; j <= m; j++)
@@ -32,11 +34,13 @@ static size_t edit_distance(const char *a, size_t n, const char *b, size_t m) {
     return above[m];
 }
 
-kd_nearest kd_nearest_to(const char *word) {
+kd_nearest kd_nearest_to(const char *word)
+{
     return (kd_nearest){.word = word};
 }
 
-void kd_nearest_offer(kd_nearest *near, const char *candidate) {
+void kd_nearest_offer(kd_nearest *near, const char *candidate)
+{
     size_t n = strnlen(near->word, NEAREST_MAX), m = strnlen(candidate, NEAREST_MAX);
     size_t longest = n > m ? n : m;
     size_t distance = edit_distance(near->word, n, candidate, m);
@@ -48,7 +52,8 @@ void kd_nearest_offer(kd_nearest *near, const char *candidate) {
     near->distance = distance;
 }
 
-const char *kd_nearest_word(const char *word, const char *const *words) {
+const char *kd_nearest_word(const char *word, const char *const *words)
+{
     kd_nearest near = kd_nearest_to(word);
     for (; *words; words++)
         kd_nearest_offer(&near, *words);

@@ -5,8 +5,8 @@
 #include <stdint.h>
 
 /* Ranges of numbers 0 … end handed out and taken back: places in a buffer, entries of a table. Free ranges
- * are kept in order, never touch each other and never touch `end`, which goes back when what lies before it is
- * free. The lowest place that is large enough is given out, so that the end stays low. Starts as {0}. */
+ * are kept in order, never touch each other and never touch `end`, which goes back when what lies before it
+ * is free. The lowest place that is large enough is given out, so that the end stays low. Starts as {0}. */
 typedef struct kd_range {
     uint32_t first, count;
 } kd_range;

@@ -17,8 +17,14 @@ static const char *const resolution_words[] = {"128", "256", "512", NULL};
 
 static const kd_setting_row rows[] = {
 #define ROW(type_, group, name, default_, min_, max_, words_, unit_, doc_)                                   \
-    {.key = #group "." #name, .type = KD_SETTING_##type_, .offset = offsetof(kd_settings, group##_##name),   \
-     .default_value = (double)(default_), .min = (min_), .max = (max_), .words = (words_), .unit = (unit_),  \
+    {.key = #group "." #name,                                                                                \
+     .type = KD_SETTING_##type_,                                                                             \
+     .offset = offsetof(kd_settings, group##_##name),                                                        \
+     .default_value = (double)(default_),                                                                    \
+     .min = (min_),                                                                                          \
+     .max = (max_),                                                                                          \
+     .words = (words_),                                                                                      \
+     .unit = (unit_),                                                                                        \
      .doc = (doc_)},
     KD_SETTINGS_LIST(ROW)
 #undef ROW
@@ -88,11 +94,13 @@ static kd_status fail_unknown(const char *key, size_t key_length)
     for (size_t d = 0; d <= allowed && key_length < 64; d++)
         for (size_t i = 0; i < ROW_COUNT && named < NEAR_MISSES; i++)
             if (unlikeness(key, key_length, &rows[i]) == d) {
-                used += (size_t)snprintf(misses + used, sizeof misses - used, "%s%s", named ? ", " : "", rows[i].key);
+                used += (size_t)snprintf(misses + used, sizeof misses - used, "%s%s", named ? ", " : "",
+                                         rows[i].key);
                 named++;
             }
     if (named)
-        return kd_fail(KD_USAGE, "--set %.*s: no such setting; did you mean %s? (`kandil help settings` lists all)",
+        return kd_fail(KD_USAGE,
+                       "--set %.*s: no such setting; did you mean %s? (`kandil help settings` lists all)",
                        (int)(key_length < 80 ? key_length : 80), key, misses);
     return kd_fail(KD_USAGE, "--set %.*s: no such setting; `kandil help settings` lists all",
                    (int)(key_length < 80 ? key_length : 80), key);
@@ -113,8 +121,8 @@ static const char *describe(const kd_setting_row *row, char *out, size_t out_siz
             used += (size_t)snprintf(out + used, out_size - used, "%s%s", between, row->words[i]);
         }
     } else {
-        snprintf(out, out_size, "a%s number from %.9g to %.9g%s%s", row->type == KD_SETTING_I32 ? " whole" : "", row->min,
-                 row->max, blank, unit);
+        snprintf(out, out_size, "a%s number from %.9g to %.9g%s%s",
+                 row->type == KD_SETTING_I32 ? " whole" : "", row->min, row->max, blank, unit);
     }
     return out;
 }
@@ -175,7 +183,8 @@ kd_status kd_settings_set(kd_settings *settings, const char *assignment)
 {
     const char *equals = strchr(assignment, '=');
     if (!equals || equals == assignment)
-        return kd_fail(KD_USAGE, "--set %.80s: not of the form KEY=VALUE; write for example --set voxels.span=0.05",
+        return kd_fail(KD_USAGE,
+                       "--set %.80s: not of the form KEY=VALUE; write for example --set voxels.span=0.05",
                        assignment);
     const kd_setting_row *row = kd_settings_find(assignment, (size_t)(equals - assignment));
     if (!row)
@@ -197,15 +206,9 @@ double kd_settings_value(const kd_settings *settings, const kd_setting_row *row)
     float as_float;
     int32_t as_int;
     switch (row->type) {
-    case KD_SETTING_BOOL:
-        memcpy(&as_bool, place, sizeof as_bool);
-        return as_bool;
-    case KD_SETTING_F32:
-        memcpy(&as_float, place, sizeof as_float);
-        return (double)as_float;
-    default:
-        memcpy(&as_int, place, sizeof as_int);
-        return as_int;
+    case KD_SETTING_BOOL: memcpy(&as_bool, place, sizeof as_bool); return as_bool;
+    case KD_SETTING_F32: memcpy(&as_float, place, sizeof as_float); return (double)as_float;
+    default: memcpy(&as_int, place, sizeof as_int); return as_int;
     }
 }
 
@@ -220,7 +223,8 @@ static void format_float(double value, char *out, size_t out_size)
     snprintf(out, out_size, "%.9g", value);
 }
 
-const char *kd_settings_format(const kd_settings *settings, const kd_setting_row *row, char *out, size_t out_size)
+const char *kd_settings_format(const kd_settings *settings, const kd_setting_row *row, char *out,
+                               size_t out_size)
 {
     double value = kd_settings_value(settings, row);
     if (row->type == KD_SETTING_BOOL)

@@ -1,8 +1,8 @@
 #ifndef KD_CORE_SETTINGS_H
 #define KD_CORE_SETTINGS_H
 
-/* The settings behind `--set KEY=VALUE` and `kandil help settings`: one table gives the struct and its rows, so that the
- * two cannot differ. "voxels.span" is the member voxels_span. */
+/* The settings behind `--set KEY=VALUE` and `kandil help settings`: one table gives the struct and its rows,
+ * so that the two cannot differ. "voxels.span" is the member voxels_span. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -11,7 +11,7 @@
 #include "runtime/core/status.h"
 
 #define KD_SVO_LAYERS_LIST(X) X(TWO, "two") X(ONE, "one")
-#define KD_BOUNCES_LIST(X)   X(NONE, "0") X(ONE, "1") X(TWO, "2") X(INF, "inf")
+#define KD_BOUNCES_LIST(X)    X(NONE, "0") X(ONE, "1") X(TWO, "2") X(INF, "inf")
 #define KD_TONEMAP_LIST(X)    X(ACES, "aces") X(REINHARD, "reinhard") X(LINEAR, "linear")
 
 typedef enum kd_svo_layers {
@@ -32,25 +32,35 @@ typedef enum kd_tonemap {
 #undef KD_TONEMAP_ENUM
 } kd_tonemap;
 
-typedef enum kd_setting_type { KD_SETTING_BOOL, KD_SETTING_I32, KD_SETTING_F32, KD_SETTING_ENUM } kd_setting_type;
+typedef enum kd_setting_type {
+    KD_SETTING_BOOL,
+    KD_SETTING_I32,
+    KD_SETTING_F32,
+    KD_SETTING_ENUM
+} kd_setting_type;
 
-/* X(type, group, name, default, min, max, words, unit, doc). `words` is NULL, the words of an ENUM (its value is their
- * index), or the only values an I32 may have. */
+/* X(type, group, name, default, min, max, words, unit, doc). `words` is NULL, the words of an ENUM (its value
+ * is their index), or the only values an I32 may have. */
 #define KD_SETTINGS_LIST(X)                                                                                  \
     X(F32, voxels, span, 0.02f, 1e-4, 100, NULL, "m", "edge of a voxel of the finest cascade")               \
-    X(I32, voxels, resolution, 128, 128, 512, resolution_words, "voxels", "voxels a cascade has along an axis") \
+    X(I32, voxels, resolution, 128, 128, 512, resolution_words, "voxels",                                    \
+      "voxels a cascade has along an axis")                                                                  \
     X(I32, voxels, cascades, 3, 1, 4, NULL, NULL, "nested cascades; each doubles the span")                  \
-    X(I32, voxels, separating, 26, 6, 26, separating_words, NULL, "what no path through free cells crosses: by faces (thin) or at all") \
+    X(I32, voxels, separating, 26, 6, 26, separating_words, NULL,                                            \
+      "what no path through free cells crosses: by faces (thin) or at all")                                  \
     X(BOOL, voxels, fill, false, 0, 1, NULL, NULL, "fill closed meshes")                                     \
-    X(BOOL, voxels, cache, true, 0, 1, NULL, NULL, "keep voxels on disk for the next start")                   \
-    X(I32, subdiv, level, 0, 0, 6, NULL, NULL, "sides of cage faces are cut into 2^level; 0: as the model says, else 3") \
-    X(ENUM, svo, layers, KD_SVO_LAYERS_TWO, 0, 1, layers_words, NULL, "keep static voxels apart, or rebuild all") \
+    X(BOOL, voxels, cache, true, 0, 1, NULL, NULL, "keep voxels on disk for the next start")                 \
+    X(I32, subdiv, level, 0, 0, 6, NULL, NULL,                                                               \
+      "sides of cage faces are cut into 2^level; 0: as the model says, else 3")                              \
+    X(ENUM, svo, layers, KD_SVO_LAYERS_TWO, 0, 1, layers_words, NULL,                                        \
+      "keep static voxels apart, or rebuild all")                                                            \
     X(I32, cones, count, 6, 3, 16, NULL, NULL, "diffuse cones a pixel")                                      \
     X(F32, cones, aperture_deg, 60, 10, 120, NULL, "deg", "full opening angle of a diffuse cone")            \
     X(F32, cones, step, 0.5f, 0.1, 2, NULL, "diameters", "step along a cone")                                \
     X(F32, cones, max_distance, 0, 0, 1e6, NULL, "m", "end of a cone; 0: the whole tree")                    \
     X(I32, cones, resolution, 2, 1, 4, NULL, "pixels", "trace every n-th pixel of both axes")                \
-    X(F32, cones, refine, 0.2f, 0, 1, NULL, NULL, "trace at twice the spacing where neighbours differ by less; 0: nowhere") \
+    X(F32, cones, refine, 0.2f, 0, 1, NULL, NULL,                                                            \
+      "trace at twice the spacing where neighbours differ by less; 0: nowhere")                              \
     X(F32, cones, start, 1.5f, 0, 16, NULL, "voxels", "distance from the surface at which a cone starts")    \
     X(F32, cones, intensity, 1, 0, 100, NULL, NULL, "factor on indirect light; 1 is physical")               \
     X(F32, ao, falloff, 1, 0, 1000, NULL, "1/m", "how fast occlusion fades with distance")                   \
@@ -59,14 +69,19 @@ typedef enum kd_setting_type { KD_SETTING_BOOL, KD_SETTING_I32, KD_SETTING_F32, 
     X(F32, light, ambient, 0, 0, 1e6, NULL, "W/(sr m^2)", "radiance of a white sky")                         \
     X(I32, light, shadow_size, 1024, 64, 8192, NULL, "texels", "edge of a shadow map")                       \
     X(I32, light, shadow_cascades, 3, 1, 4, NULL, NULL, "shadow maps of a directional light")                \
-    X(F32, light, shadow_distance, 40, 0.1, 1e5, NULL, "m", "distance up to which directional shadows reach") \
-    X(ENUM, light, bounces, KD_BOUNCES_INF, 0, 3, bounces_words, NULL, "times that light of lamps is reflected before it is seen indirectly") \
+    X(F32, light, shadow_distance, 40, 0.1, 1e5, NULL, "m",                                                  \
+      "distance up to which directional shadows reach")                                                      \
+    X(ENUM, light, bounces, KD_BOUNCES_INF, 0, 3, bounces_words, NULL,                                       \
+      "times that light of lamps is reflected before it is seen indirectly")                                 \
     X(F32, view, exposure_ev, 0, -20, 20, NULL, "EV", "exposure; one more doubles the brightness")           \
     X(BOOL, view, auto_exposure, false, 0, 1, NULL, NULL, "choose the exposure from the picture")            \
-    X(ENUM, view, tonemap, KD_TONEMAP_ACES, 0, 2, tonemap_words, NULL, "curve from scene light to the screen") \
+    X(ENUM, view, tonemap, KD_TONEMAP_ACES, 0, 2, tonemap_words, NULL,                                       \
+      "curve from scene light to the screen")                                                                \
     X(I32, view, level, -1, -1, 15, NULL, NULL, "tree level that debug views show; -1: the finest")          \
-    X(BOOL, debug, access, false, 0, 1, NULL, NULL, "stop when a system touches components that it does not declare") \
-    X(I32, debug, shuffle, 0, 0, 99999, NULL, NULL, "seed of a shuffled, legal order of systems; 0: their own")
+    X(BOOL, debug, access, false, 0, 1, NULL, NULL,                                                          \
+      "stop when a system touches components that it does not declare")                                      \
+    X(I32, debug, shuffle, 0, 0, 99999, NULL, NULL,                                                          \
+      "seed of a shuffled, legal order of systems; 0: their own")
 
 #define KD_SETTING_C_BOOL bool
 #define KD_SETTING_C_I32  int32_t
@@ -93,7 +108,8 @@ typedef struct kd_setting_row {
 /** Get the settings as they are when nothing was said. */
 kd_settings kd_settings_defaults(void);
 
-/** Set one from "key=value". Errors USAGE with a message that names the key and what is allowed; nothing changes then */
+/** Set one from "key=value". Errors USAGE with a message that names the key and what is allowed; nothing
+ * changes then */
 kd_status kd_settings_set(kd_settings *settings, const char *assignment);
 
 /** Get every row, in order of the list. Returns static memory. */
@@ -103,6 +119,7 @@ const kd_setting_row *kd_settings_find(const char *key, size_t key_length);
 /** Read a value as a number (an ENUM as its index). */
 double kd_settings_value(const kd_settings *settings, const kd_setting_row *row);
 /** Write a value as `--set` would take it, and return `out`. 32 bytes are enough. */
-const char *kd_settings_format(const kd_settings *settings, const kd_setting_row *row, char *out, size_t out_size);
+const char *kd_settings_format(const kd_settings *settings, const kd_setting_row *row, char *out,
+                               size_t out_size);
 
 #endif

@@ -23,7 +23,7 @@ typedef enum kd_status {
 #define KD_STATUS_ENUM(name, text) KD_##name,
     KD_STATUS_LIST(KD_STATUS_ENUM)
 #undef KD_STATUS_ENUM
-    KD_STATUS_COUNT
+        KD_STATUS_COUNT
 } kd_status;
 
 /** Name a status in words. Returns a static string, never NULL. */

@@ -7,7 +7,8 @@
 #include "runtime/gpu/internal.h"
 
 /* Returns 0 when the driver refuses. */
-static GLuint make_storage(kd_gpu *gpu, size_t size, const void *data, GLbitfield flags) {
+static GLuint make_storage(kd_gpu *gpu, size_t size, const void *data, GLbitfield flags)
+{
     GLuint gl = 0;
     gpu_drain_errors(gpu);
     gpu->gl.CreateBuffers(1, &gl);
@@ -18,7 +19,8 @@ static GLuint make_storage(kd_gpu *gpu, size_t size, const void *data, GLbitfiel
     return 0;
 }
 
-kd_gpu_buffer kd_gpu_make_buffer(kd_gpu *gpu, const kd_gpu_buffer_desc *desc) {
+kd_gpu_buffer kd_gpu_make_buffer(kd_gpu *gpu, const kd_gpu_buffer_desc *desc)
+{
     assert(gpu && desc && desc->size);
     const char *name = desc->name ? desc->name : "buffer";
     GLbitfield flags = desc->usage == KD_BUFFER_STREAM ? GL_DYNAMIC_STORAGE_BIT : 0;
@@ -47,7 +49,8 @@ kd_gpu_buffer kd_gpu_make_buffer(kd_gpu *gpu, const kd_gpu_buffer_desc *desc) {
     return (kd_gpu_buffer){id};
 }
 
-void kd_gpu_destroy_buffer(kd_gpu *gpu, kd_gpu_buffer handle) {
+void kd_gpu_destroy_buffer(kd_gpu *gpu, kd_gpu_buffer handle)
+{
     gpu_buffer *buffer = handle.id ? gpu_get_buffer(gpu, handle, "destroy_buffer") : NULL;
     if (!buffer)
         return;
@@ -60,12 +63,14 @@ void kd_gpu_destroy_buffer(kd_gpu *gpu, kd_gpu_buffer handle) {
     gpu_pool_remove(&gpu->buffers, handle.id);
 }
 
-size_t kd_gpu_buffer_size(const kd_gpu *gpu, kd_gpu_buffer handle) {
+size_t kd_gpu_buffer_size(const kd_gpu *gpu, kd_gpu_buffer handle)
+{
     const gpu_buffer *buffer = gpu_pool_find(&gpu->buffers, handle.id);
     return buffer ? buffer->size : 0;
 }
 
-void kd_gpu_write_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, const void *data, size_t size) {
+void kd_gpu_write_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, const void *data, size_t size)
+{
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "write_buffer");
     if (!buffer || !size || !gpu_range_fits(gpu, buffer, offset, size, "write_buffer"))
         return;
@@ -82,7 +87,8 @@ void kd_gpu_write_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, const
     gpu->gl.DeleteBuffers(1, &staging);
 }
 
-void kd_gpu_fill_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, size_t size, uint32_t word) {
+void kd_gpu_fill_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, size_t size, uint32_t word)
+{
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "fill_buffer");
     assert(offset % 4 == 0 && size % 4 == 0);
     if (buffer && size && gpu_range_fits(gpu, buffer, offset, size, "fill_buffer"))
@@ -91,7 +97,8 @@ void kd_gpu_fill_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, size_t
 }
 
 void kd_gpu_copy_buffer(kd_gpu *gpu, kd_gpu_buffer from, size_t from_offset, kd_gpu_buffer to,
-                        size_t to_offset, size_t size) {
+                        size_t to_offset, size_t size)
+{
     gpu_buffer *source = gpu_get_buffer(gpu, from, "copy_buffer");
     gpu_buffer *target = source ? gpu_get_buffer(gpu, to, "copy_buffer") : NULL;
     if (target && size && gpu_range_fits(gpu, source, from_offset, size, "copy_buffer") &&
@@ -100,7 +107,8 @@ void kd_gpu_copy_buffer(kd_gpu *gpu, kd_gpu_buffer from, size_t from_offset, kd_
                                        (GLsizeiptr)size);
 }
 
-void kd_gpu_read_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, void *out, size_t size) {
+void kd_gpu_read_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, void *out, size_t size)
+{
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "read_buffer");
     if (!buffer || !size || !gpu_range_fits(gpu, buffer, offset, size, "read_buffer")) {
         memset(out, 0, size);
@@ -110,8 +118,8 @@ void kd_gpu_read_buffer(kd_gpu *gpu, kd_gpu_buffer handle, size_t offset, void *
     gpu->gl.GetNamedBufferSubData(buffer->gl, (GLintptr)offset, (GLsizeiptr)size, out);
 }
 
-kd_status kd_gpu_ensure_buffer(kd_gpu *gpu, kd_gpu_buffer *handle, size_t size, size_t keep,
-                               const char *name) {
+kd_status kd_gpu_ensure_buffer(kd_gpu *gpu, kd_gpu_buffer *handle, size_t size, size_t keep, const char *name)
+{
     gpu_buffer *old = handle->id ? gpu_get_buffer(gpu, *handle, "ensure_buffer") : NULL;
     size_t old_size = old ? old->size : 0;
     kd_gpu_buffer_desc desc = {.size = size, .name = name};

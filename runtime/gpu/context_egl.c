@@ -47,7 +47,8 @@ static struct {
     int users;
 } egl_displays[MAX_DISPLAYS];
 
-static bool has_extension(const char *list, const char *name) {
+static bool has_extension(const char *list, const char *name)
+{
     size_t length = strlen(name);
     for (const char *at = list; at && (at = strstr(at, name)); at += length)
         if ((at == list || at[-1] == ' ') && (at[length] == ' ' || at[length] == '\0'))
@@ -55,35 +56,29 @@ static bool has_extension(const char *list, const char *name) {
     return false;
 }
 
-static const char *error_text(EGLint error) {
+static const char *error_text(EGLint error)
+{
     switch (error) {
-    case EGL_NOT_INITIALIZED:
-        return "EGL_NOT_INITIALIZED";
-    case EGL_BAD_ALLOC:
-        return "EGL_BAD_ALLOC";
-    case EGL_BAD_ATTRIBUTE:
-        return "EGL_BAD_ATTRIBUTE";
-    case EGL_BAD_CONFIG:
-        return "EGL_BAD_CONFIG";
-    case EGL_BAD_MATCH:
-        return "EGL_BAD_MATCH";
-    case EGL_BAD_PARAMETER:
-        return "EGL_BAD_PARAMETER";
-    case EGL_BAD_ACCESS:
-        return "EGL_BAD_ACCESS";
-    case EGL_SUCCESS:
-        return "no reason given";
-    default:
-        return "an unknown EGL error";
+    case EGL_NOT_INITIALIZED: return "EGL_NOT_INITIALIZED";
+    case EGL_BAD_ALLOC: return "EGL_BAD_ALLOC";
+    case EGL_BAD_ATTRIBUTE: return "EGL_BAD_ATTRIBUTE";
+    case EGL_BAD_CONFIG: return "EGL_BAD_CONFIG";
+    case EGL_BAD_MATCH: return "EGL_BAD_MATCH";
+    case EGL_BAD_PARAMETER: return "EGL_BAD_PARAMETER";
+    case EGL_BAD_ACCESS: return "EGL_BAD_ACCESS";
+    case EGL_SUCCESS: return "no reason given";
+    default: return "an unknown EGL error";
     }
 }
 
-static bool fail(gpu_reason *reason, const char *what) {
+static bool fail(gpu_reason *reason, const char *what)
+{
     snprintf(reason->text, sizeof reason->text, "%s (%s)", what, error_text(egl.eglGetError()));
     return false;
 }
 
-static bool load_library(gpu_reason *reason) {
+static bool load_library(gpu_reason *reason)
+{
     static const char *const names[] = {"libEGL.so.1", "libEGL.so", NULL};
     if (egl_library)
         return true;
@@ -104,7 +99,8 @@ static bool load_library(gpu_reason *reason) {
     return true;
 }
 
-static bool retain_display(EGLDisplay display, gpu_reason *reason) {
+static bool retain_display(EGLDisplay display, gpu_reason *reason)
+{
     int free_slot = -1;
     for (int i = 0; i < MAX_DISPLAYS; i++) {
         if (egl_displays[i].users && egl_displays[i].display == display) {
@@ -133,19 +129,22 @@ enum { KEEP_DISPLAYS = 1 };
 enum { KEEP_DISPLAYS = 0 };
 #endif
 
-static void release_display(EGLDisplay display) {
+static void release_display(EGLDisplay display)
+{
     for (int i = 0; i < MAX_DISPLAYS; i++)
         if (egl_displays[i].users && egl_displays[i].display == display && --egl_displays[i].users == 0 &&
             !KEEP_DISPLAYS)
             egl.eglTerminate(display);
 }
 
-static bool make_current_egl(gpu_context *context, bool on) {
+static bool make_current_egl(gpu_context *context, bool on)
+{
     return egl.eglMakeCurrent(context->display, EGL_NO_SURFACE, EGL_NO_SURFACE,
                               on ? context->handle : EGL_NO_CONTEXT) == EGL_TRUE;
 }
 
-static void close_egl(gpu_context *context) {
+static void close_egl(gpu_context *context)
+{
     pthread_mutex_lock(&egl_lock);
     egl.eglMakeCurrent(context->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     egl.eglDestroyContext(context->display, context->handle);
@@ -153,7 +152,8 @@ static void close_egl(gpu_context *context) {
     pthread_mutex_unlock(&egl_lock);
 }
 
-static bool pick_config(EGLDisplay display, EGLConfig *config) {
+static bool pick_config(EGLDisplay display, EGLConfig *config)
+{
     *config = EGL_NO_CONFIG_KHR;
     if (has_extension(egl.eglQueryString(display, EGL_EXTENSIONS), "EGL_KHR_no_config_context"))
         return true;
@@ -162,7 +162,8 @@ static bool pick_config(EGLDisplay display, EGLConfig *config) {
     return egl.eglChooseConfig(display, wanted, config, 1, &count) && count > 0;
 }
 
-static bool make_context(EGLDisplay display, bool debug, gpu_context *out, gpu_reason *reason) {
+static bool make_context(EGLDisplay display, bool debug, gpu_context *out, gpu_reason *reason)
+{
     const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
                                  4,
                                  EGL_CONTEXT_MINOR_VERSION,
@@ -192,7 +193,8 @@ static bool make_context(EGLDisplay display, bool debug, gpu_context *out, gpu_r
     return true;
 }
 
-static bool open_display(EGLenum platform, void *native, bool debug, gpu_context *out, gpu_reason *reason) {
+static bool open_display(EGLenum platform, void *native, bool debug, gpu_context *out, gpu_reason *reason)
+{
     EGLDisplay display = egl.get_platform_display(platform, native, NULL);
     if (display == EGL_NO_DISPLAY)
         return fail(reason, "the platform has no display");
@@ -204,7 +206,8 @@ static bool open_display(EGLenum platform, void *native, bool debug, gpu_context
     return false;
 }
 
-static bool open_device(bool software, bool debug, gpu_context *out, gpu_reason *reason) {
+static bool open_device(bool software, bool debug, gpu_context *out, gpu_reason *reason)
+{
     EGLDeviceEXT devices[MAX_DEVICES];
     EGLint count = 0;
     if (!egl.query_devices || !egl.query_device_string) {
@@ -224,7 +227,8 @@ static bool open_device(bool software, bool debug, gpu_context *out, gpu_reason 
     return false;
 }
 
-static bool open_surfaceless(bool debug, gpu_context *out, gpu_reason *reason) {
+static bool open_surfaceless(bool debug, gpu_context *out, gpu_reason *reason)
+{
     if (!has_extension(egl.eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS), "EGL_MESA_platform_surfaceless")) {
         snprintf(reason->text, sizeof reason->text, "libEGL lacks EGL_MESA_platform_surfaceless");
         return false;
@@ -232,7 +236,8 @@ static bool open_surfaceless(bool debug, gpu_context *out, gpu_reason *reason) {
     return open_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, debug, out, reason);
 }
 
-bool gpu_context_open_egl(const kd_gpu_desc *desc, kd_context_api api, gpu_context *out, gpu_reason *reason) {
+bool gpu_context_open_egl(const kd_gpu_desc *desc, kd_context_api api, gpu_context *out, gpu_reason *reason)
+{
     pthread_mutex_lock(&egl_lock);
     bool opened =
         load_library(reason) && (api == KD_CONTEXT_EGL_SURFACELESS

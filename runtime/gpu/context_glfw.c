@@ -43,7 +43,8 @@ static const gpu_symbol glfw_symbols[] = {
 
 static int glfw_users; /* windows open; GLFW ends with the last one */
 
-static bool fail(gpu_reason *reason, const char *what) {
+static bool fail(gpu_reason *reason, const char *what)
+{
     const char *text = NULL;
     glfw.get_error(&text);
     const char *display = getenv("DISPLAY"), *wayland = getenv("WAYLAND_DISPLAY");
@@ -53,27 +54,32 @@ static bool fail(gpu_reason *reason, const char *what) {
     return false;
 }
 
-static void release(void) {
+static void release(void)
+{
     if (--glfw_users == 0)
         glfw.terminate();
 }
 
-static bool make_current_glfw(gpu_context *context, bool on) {
+static bool make_current_glfw(gpu_context *context, bool on)
+{
     glfw.make_current(on ? context->handle : NULL);
     return glfw.get_error(NULL) == 0;
 }
 
-static void close_glfw(gpu_context *context) {
+static void close_glfw(gpu_context *context)
+{
     glfw.make_current(NULL);
     glfw.destroy(context->handle);
     release();
 }
 
-static void (*lookup_glfw(const char *name))(void) {
+static void (*lookup_glfw(const char *name))(void)
+{
     return glfw.get_proc(name);
 }
 
-static GLFWwindow *create_window(const kd_gpu_desc *desc) {
+static GLFWwindow *create_window(const kd_gpu_desc *desc)
+{
     glfw.hint(GLFW_CLIENT_API, GLFW_OPENGL_API);
     glfw.hint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfw.hint(GLFW_CONTEXT_VERSION_MINOR, 5);
@@ -86,7 +92,8 @@ static GLFWwindow *create_window(const kd_gpu_desc *desc) {
                        desc->title ? desc->title : "Kandil", NULL, NULL);
 }
 
-bool gpu_context_open_glfw(const kd_gpu_desc *desc, gpu_context *out, gpu_reason *reason) {
+bool gpu_context_open_glfw(const kd_gpu_desc *desc, gpu_context *out, gpu_reason *reason)
+{
     static const char *const names[] = {"libglfw.so.3", "libglfw.so", NULL};
     void *library = gpu_library_open(names, reason);
     if (!library ||
@@ -111,11 +118,13 @@ bool gpu_context_open_glfw(const kd_gpu_desc *desc, gpu_context *out, gpu_reason
     return true;
 }
 
-void *kd_gpu_window_native(kd_gpu *gpu) {
+void *kd_gpu_window_native(kd_gpu *gpu)
+{
     return gpu->context.api == KD_CONTEXT_GLFW ? gpu->context.handle : NULL;
 }
 
-bool kd_gpu_window_should_close(kd_gpu *gpu) {
+bool kd_gpu_window_should_close(kd_gpu *gpu)
+{
     GLFWwindow *window = kd_gpu_window_native(gpu);
     if (!window)
         return false;
@@ -123,7 +132,8 @@ bool kd_gpu_window_should_close(kd_gpu *gpu) {
     return glfw.should_close(window) != 0;
 }
 
-void kd_gpu_window_size(kd_gpu *gpu, uint32_t *width, uint32_t *height) {
+void kd_gpu_window_size(kd_gpu *gpu, uint32_t *width, uint32_t *height)
+{
     GLFWwindow *window = kd_gpu_window_native(gpu);
     int w = 0, h = 0;
     if (window)
@@ -132,7 +142,8 @@ void kd_gpu_window_size(kd_gpu *gpu, uint32_t *width, uint32_t *height) {
     *height = (uint32_t)h;
 }
 
-void kd_gpu_window_present(kd_gpu *gpu) {
+void kd_gpu_window_present(kd_gpu *gpu)
+{
     GLFWwindow *window = kd_gpu_window_native(gpu);
     if (window)
         glfw.swap(window);

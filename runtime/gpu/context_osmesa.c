@@ -24,24 +24,28 @@ static const gpu_symbol osmesa_symbols[] = {
     {"OSMesaGetProcAddress", offsetof(struct osmesa_table, get_proc)},
 };
 
-static bool make_current_osmesa(gpu_context *context, bool on) {
+static bool make_current_osmesa(gpu_context *context, bool on)
+{
     if (!on)
         return osmesa.make_current(NULL, NULL, 0, 0, 0) == GL_TRUE;
     return osmesa.make_current(context->handle, context->display, GL_UNSIGNED_BYTE, BUFFER_SIDE,
                                BUFFER_SIDE) == GL_TRUE;
 }
 
-static void close_osmesa(gpu_context *context) {
+static void close_osmesa(gpu_context *context)
+{
     make_current_osmesa(context, false);
     osmesa.destroy(context->handle);
     free(context->display);
 }
 
-static void (*lookup_osmesa(const char *name))(void) {
+static void (*lookup_osmesa(const char *name))(void)
+{
     return osmesa.get_proc(name);
 }
 
-bool gpu_context_open_osmesa(const kd_gpu_desc *desc, gpu_context *out, gpu_reason *reason) {
+bool gpu_context_open_osmesa(const kd_gpu_desc *desc, gpu_context *out, gpu_reason *reason)
+{
     static const char *const names[] = {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so", NULL};
     static const int attributes[] = {OSMESA_FORMAT,
                                      OSMESA_RGBA,

@@ -15,39 +15,40 @@ enum { DEBUG_BUILD = 0 };
 enum { DEBUG_BUILD = 1 };
 #endif
 
-static bool open_context(const kd_gpu_desc *desc, kd_context_api api, gpu_context *out, gpu_reason *reason) {
+static bool open_context(const kd_gpu_desc *desc, kd_context_api api, gpu_context *out, gpu_reason *reason)
+{
     switch (api) {
-    case KD_CONTEXT_GLFW:
-        return gpu_context_open_glfw(desc, out, reason);
-    case KD_CONTEXT_OSMESA:
-        return gpu_context_open_osmesa(desc, out, reason);
+    case KD_CONTEXT_GLFW: return gpu_context_open_glfw(desc, out, reason);
+    case KD_CONTEXT_OSMESA: return gpu_context_open_osmesa(desc, out, reason);
     case KD_CONTEXT_EGL_DEVICE:
     case KD_CONTEXT_EGL_SURFACELESS:
-    case KD_CONTEXT_EGL_SOFTWARE:
-        return gpu_context_open_egl(desc, api, out, reason);
-    default:
-        return false;
+    case KD_CONTEXT_EGL_SOFTWARE: return gpu_context_open_egl(desc, api, out, reason);
+    default: return false;
     }
 }
 
-static const char *get_string(const kd_gpu *gpu, GLenum what) {
+static const char *get_string(const kd_gpu *gpu, GLenum what)
+{
     const GLubyte *text = gpu->gl.GetString(what);
     return text ? (const char *)text : "unknown";
 }
 
-static int get_int(const kd_gpu *gpu, GLenum what) {
+static int get_int(const kd_gpu *gpu, GLenum what)
+{
     GLint value = 0;
     gpu->gl.GetIntegerv(what, &value);
     return value;
 }
 
-static int64_t get_int64(const kd_gpu *gpu, GLenum what) {
+static int64_t get_int64(const kd_gpu *gpu, GLenum what)
+{
     GLint64 value = 0;
     gpu->gl.GetInteger64v(what, &value);
     return value;
 }
 
-static void read_limits(kd_gpu *gpu) {
+static void read_limits(kd_gpu *gpu)
+{
     kd_gpu_info *info = &gpu->info;
     *info = (kd_gpu_info){
         .api = kd_context_api_name(gpu->context.api),
@@ -81,7 +82,8 @@ static void read_limits(kd_gpu *gpu) {
 }
 
 static void APIENTRY on_message(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length,
-                                const GLchar *message, const void *user) {
+                                const GLchar *message, const void *user)
+{
     /* The user pointer is const in GL's signature only. */
     kd_gpu *gpu = (kd_gpu *)(uintptr_t)user;
     (void)id;
@@ -93,7 +95,8 @@ static void APIENTRY on_message(GLenum source, GLenum type, GLuint id, GLenum se
         gpu_complain(gpu, "OpenGL: %s", message);
 }
 
-static void set_constant_state(kd_gpu *gpu) {
+static void set_constant_state(kd_gpu *gpu)
+{
     const gl_table *gl = &gpu->gl;
     if (gpu->debug) {
         gl->Enable(GL_DEBUG_OUTPUT);
@@ -110,7 +113,8 @@ static void set_constant_state(kd_gpu *gpu) {
     gl->CreateFramebuffers(1, &gpu->blit_framebuffer);
 }
 
-static void init_pools(kd_gpu *gpu) {
+static void init_pools(kd_gpu *gpu)
+{
     gpu->buffers.item_size = sizeof(gpu_buffer);
     gpu->textures.item_size = sizeof(gpu_texture);
     gpu->programs.item_size = sizeof(gpu_program);
@@ -118,7 +122,8 @@ static void init_pools(kd_gpu *gpu) {
     gpu->readbacks.item_size = sizeof(gpu_readback);
 }
 
-static bool check_context(kd_gpu *gpu, gpu_reason *reason) {
+static bool check_context(kd_gpu *gpu, gpu_reason *reason)
+{
     const char *missing = gl_load(&gpu->gl, gpu->context.lookup);
     if (missing) {
         snprintf(reason->text, sizeof reason->text, "the driver lacks %s", missing);
@@ -137,7 +142,8 @@ static bool check_context(kd_gpu *gpu, gpu_reason *reason) {
     return false;
 }
 
-kd_status gpu_open_one(const kd_gpu_desc *desc, kd_context_api api, kd_gpu **out, gpu_reason *reason) {
+kd_status gpu_open_one(const kd_gpu_desc *desc, kd_context_api api, kd_gpu **out, gpu_reason *reason)
+{
     kd_gpu *gpu = calloc(1, sizeof *gpu);
     kd_gpu_desc one = *desc;
     one.debug |= DEBUG_BUILD;
@@ -165,7 +171,8 @@ kd_status gpu_open_one(const kd_gpu_desc *desc, kd_context_api api, kd_gpu **out
     return KD_OK;
 }
 
-static uint32_t list_ways(const kd_gpu_desc *desc, kd_context_api ways[KD_CONTEXT_API_COUNT]) {
+static uint32_t list_ways(const kd_gpu_desc *desc, kd_context_api ways[KD_CONTEXT_API_COUNT])
+{
     uint32_t count = 0;
     bool any = desc->api == KD_CONTEXT_AUTO;
     if (any && desc->window) {
@@ -182,7 +189,8 @@ static uint32_t list_ways(const kd_gpu_desc *desc, kd_context_api ways[KD_CONTEX
     return count;
 }
 
-kd_status kd_gpu_open(const kd_gpu_desc *desc, kd_gpu **out) {
+kd_status kd_gpu_open(const kd_gpu_desc *desc, kd_gpu **out)
+{
     assert(desc && out && (unsigned)desc->api < KD_CONTEXT_API_COUNT);
     kd_context_api ways[KD_CONTEXT_API_COUNT];
     char tried[1600] = "";
@@ -208,7 +216,8 @@ kd_status kd_gpu_open(const kd_gpu_desc *desc, kd_gpu **out) {
         "no usable OpenGL 4.5 context (%s); install a driver such as Mesa's, and see `kandil doctor`", tried);
 }
 
-static void delete_objects(kd_gpu *gpu) {
+static void delete_objects(kd_gpu *gpu)
+{
     for (uint32_t id = 0; (id = gpu_pool_next(&gpu->readbacks, id)) != 0;)
         gpu_release_readback(gpu, gpu_pool_find(&gpu->readbacks, id));
     for (uint32_t id = 0; (id = gpu_pool_next(&gpu->targets, id)) != 0;)
@@ -228,7 +237,8 @@ static void delete_objects(kd_gpu *gpu) {
         gpu->gl.DebugMessageCallback(NULL, NULL);
 }
 
-void kd_gpu_close(kd_gpu *gpu) {
+void kd_gpu_close(kd_gpu *gpu)
+{
     if (!gpu)
         return;
     /* Another device may be current: its objects have the same numbers. */
@@ -243,30 +253,36 @@ void kd_gpu_close(kd_gpu *gpu) {
     free(gpu);
 }
 
-bool kd_gpu_make_current(kd_gpu *gpu, bool on) {
+bool kd_gpu_make_current(kd_gpu *gpu, bool on)
+{
     if (gpu->context.make_current(&gpu->context, on))
         return true;
     gpu_complain(gpu, "the %s context cannot be made current; another thread may have it", gpu->info.api);
     return false;
 }
 
-const kd_gpu_info *kd_gpu_get_info(const kd_gpu *gpu) {
+const kd_gpu_info *kd_gpu_get_info(const kd_gpu *gpu)
+{
     return &gpu->info;
 }
 
-size_t kd_gpu_bytes(const kd_gpu *gpu) {
+size_t kd_gpu_bytes(const kd_gpu *gpu)
+{
     return gpu->bytes;
 }
 
-bool kd_gpu_failed(const kd_gpu *gpu) {
+bool kd_gpu_failed(const kd_gpu *gpu)
+{
     return gpu->failed;
 }
 
-uint64_t kd_gpu_frame(const kd_gpu *gpu) {
+uint64_t kd_gpu_frame(const kd_gpu *gpu)
+{
     return gpu->frame;
 }
 
-const char *kd_context_api_name(kd_context_api api) {
+const char *kd_context_api_name(kd_context_api api)
+{
     static const char *const names[KD_CONTEXT_API_COUNT] = {
         [KD_CONTEXT_AUTO] = "auto",
         [KD_CONTEXT_GLFW] = "glfw",

@@ -12,7 +12,8 @@ static const struct gl_row {
 #undef KD_GL_ROW
 };
 
-const char *gl_load(gl_table *table, gl_lookup *lookup) {
+const char *gl_load(gl_table *table, gl_lookup *lookup)
+{
     for (size_t i = 0; i < sizeof gl_rows / sizeof gl_rows[0]; i++) {
         gl_function function = lookup(gl_rows[i].name);
         if (!function)
@@ -22,23 +23,16 @@ const char *gl_load(gl_table *table, gl_lookup *lookup) {
     return NULL;
 }
 
-const char *gl_error_name(GLenum error) {
+const char *gl_error_name(GLenum error)
+{
     switch (error) {
-    case GL_NO_ERROR:
-        return "no error";
-    case GL_INVALID_ENUM:
-        return "invalid enum";
-    case GL_INVALID_VALUE:
-        return "invalid value";
-    case GL_INVALID_OPERATION:
-        return "invalid operation";
-    case GL_INVALID_FRAMEBUFFER_OPERATION:
-        return "invalid framebuffer operation";
-    case GL_OUT_OF_MEMORY:
-        return "out of memory";
-    case GL_CONTEXT_LOST:
-        return "context lost";
-    default:
-        return "unknown error";
+    case GL_NO_ERROR: return "no error";
+    case GL_INVALID_ENUM: return "invalid enum";
+    case GL_INVALID_VALUE: return "invalid value";
+    case GL_INVALID_OPERATION: return "invalid operation";
+    case GL_INVALID_FRAMEBUFFER_OPERATION: return "invalid framebuffer operation";
+    case GL_OUT_OF_MEMORY: return "out of memory";
+    case GL_CONTEXT_LOST: return "context lost";
+    default: return "unknown error";
     }
 }

@@ -299,7 +299,8 @@ void kd_gpu_finish(kd_gpu *gpu);
 void kd_gpu_push_group(kd_gpu *gpu, const char *name); /* names a pass for graphics debuggers */
 void kd_gpu_pop_group(kd_gpu *gpu);
 /** Call `pass` before every dispatch and draw, with a number and the name of its program. NULL: no more. */
-void kd_gpu_set_pass_hook(kd_gpu *gpu, void (*pass)(void *user, uint32_t program, const char *name), void *user);
+void kd_gpu_set_pass_hook(kd_gpu *gpu, void (*pass)(void *user, uint32_t program, const char *name),
+                          void *user);
 
 /* ---- timestamps: a ring read some frames later ---- */
 /** Put a timestamp into the stream under `slot` of this frame (0 … KD_GPU_TIMER_SLOTS-1). */
@@ -346,7 +347,8 @@ typedef struct kd_gpu_probe_row {
     bool timer_works; /* a timed pass read a plausible duration */
 } kd_gpu_probe_row;
 /** Try every way to a context (each in turn, opened and closed in a child process). Returns rows written.
- *  Threading: before a device is opened in this process, as a child inherits a driver's state but not its threads. */
+ *  Threading: before a device is opened in this process, as a child inherits a driver's state but not its
+ * threads. */
 uint32_t kd_gpu_probe(kd_gpu_probe_row *rows, uint32_t capacity);
 const char *kd_context_api_name(kd_context_api api);
 

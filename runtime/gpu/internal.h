@@ -14,7 +14,7 @@
 #include "runtime/gpu/gpu.h"
 
 enum {
-    GPU_FRAMES = 3,       /* frames of uniforms that the GPU may lag behind */
+    GPU_FRAMES = 3, /* frames of uniforms that the GPU may lag behind */
     GPU_TIMER_FRAMES = KD_GPU_TIMER_FRAMES,
     GPU_MAX_STORAGE = 32, /* bindings, one bit each in masks; higher ones are refused */
     GPU_MAX_TEXTURES = 32,

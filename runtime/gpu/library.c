@@ -4,7 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-void *gpu_library_open(const char *const *names, gpu_reason *reason) {
+void *gpu_library_open(const char *const *names, gpu_reason *reason)
+{
     for (const char *const *name = names; *name; name++) {
         void *library = dlopen(*name, RTLD_NOW | RTLD_LOCAL);
         if (library)
@@ -15,8 +16,8 @@ void *gpu_library_open(const char *const *names, gpu_reason *reason) {
     return NULL;
 }
 
-bool gpu_library_load(void *library, const gpu_symbol *symbols, size_t count, void *table,
-                      gpu_reason *reason) {
+bool gpu_library_load(void *library, const gpu_symbol *symbols, size_t count, void *table, gpu_reason *reason)
+{
     for (size_t i = 0; i < count; i++) {
         void *address = dlsym(library, symbols[i].name);
         if (!address) {

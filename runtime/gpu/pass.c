@@ -4,8 +4,8 @@
 
 #include "runtime/gpu/internal.h"
 
-static bool is_aligned(kd_gpu *gpu, const gpu_buffer *buffer, size_t offset, int alignment,
-                       const char *call) {
+static bool is_aligned(kd_gpu *gpu, const gpu_buffer *buffer, size_t offset, int alignment, const char *call)
+{
     if (alignment <= 1 || offset % (size_t)alignment == 0)
         return true;
     gpu_complain(gpu, "%s: offset %zu into %s is no multiple of the driver's %d bytes", call, offset,
@@ -13,13 +13,15 @@ static bool is_aligned(kd_gpu *gpu, const gpu_buffer *buffer, size_t offset, int
     return false;
 }
 
-void kd_gpu_bind_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle) {
+void kd_gpu_bind_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle)
+{
     kd_gpu_bind_storage_range(gpu, binding, handle, 0, kd_gpu_buffer_size(gpu, handle));
 }
 
 /* Complains when the range cannot be bound. Returns NULL then. */
 static const gpu_buffer *check_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset,
-                                       size_t size) {
+                                       size_t size)
+{
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "bind_storage");
     if (!buffer || !gpu_range_fits(gpu, buffer, offset, size, "bind_storage") ||
         !is_aligned(gpu, buffer, offset, gpu->info.storage_alignment, "bind_storage"))
@@ -37,7 +39,8 @@ static const gpu_buffer *check_storage(kd_gpu *gpu, uint32_t binding, kd_gpu_buf
 }
 
 /* What was bound there before must not be taken for what was asked for. */
-static void refuse_storage(kd_gpu *gpu, uint32_t binding) {
+static void refuse_storage(kd_gpu *gpu, uint32_t binding)
+{
     if (binding >= (uint32_t)gpu->max_storage_bindings)
         return;
     gpu->gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, 0);
@@ -46,7 +49,8 @@ static void refuse_storage(kd_gpu *gpu, uint32_t binding) {
 }
 
 void kd_gpu_bind_storage_range(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset,
-                               size_t size) {
+                               size_t size)
+{
     const gpu_buffer *buffer = check_storage(gpu, binding, handle, offset, size);
     if (!buffer) {
         refuse_storage(gpu, binding);
@@ -62,14 +66,16 @@ void kd_gpu_bind_storage_range(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer hand
 }
 
 void kd_gpu_bind_uniform_buffer(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer handle, size_t offset,
-                                size_t size) {
+                                size_t size)
+{
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "bind_uniform_buffer");
     if (buffer && gpu_range_fits(gpu, buffer, offset, size, "bind_uniform_buffer") &&
         is_aligned(gpu, buffer, offset, gpu->info.uniform_alignment, "bind_uniform_buffer"))
         gpu->gl.BindBufferRange(GL_UNIFORM_BUFFER, binding, buffer->gl, (GLintptr)offset, (GLsizeiptr)size);
 }
 
-void kd_gpu_bind_texture(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle) {
+void kd_gpu_bind_texture(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle)
+{
     gpu_texture *texture = gpu_get_texture(gpu, handle, "bind_texture");
     if (!texture || (unit < GPU_MAX_TEXTURES && gpu->texture_units[unit] == handle.id))
         return;
@@ -84,7 +90,8 @@ void kd_gpu_bind_texture(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle) {
 }
 
 void kd_gpu_bind_image(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle, uint32_t level,
-                       kd_image_access access, kd_texture_format format) {
+                       kd_image_access access, kd_texture_format format)
+{
     static const GLenum modes[] = {GL_READ_ONLY, GL_WRITE_ONLY, GL_READ_WRITE};
     gpu_texture *texture = gpu_get_texture(gpu, handle, "bind_image");
     const gpu_format *row = gpu_get_format(format);
@@ -101,7 +108,8 @@ void kd_gpu_bind_image(kd_gpu *gpu, uint32_t unit, kd_gpu_texture handle, uint32
     gpu->gl.BindImageTexture(unit, texture->gl, (GLint)level, layered, 0, modes[access], row->internal);
 }
 
-void kd_gpu_dispatch(kd_gpu *gpu, kd_gpu_program program, uint32_t x, uint32_t y, uint32_t z) {
+void kd_gpu_dispatch(kd_gpu *gpu, kd_gpu_program program, uint32_t x, uint32_t y, uint32_t z)
+{
     if (!x || !y || !z || !gpu_use_program(gpu, program, true, "dispatch"))
         return;
     if (x > gpu->max_groups[0] || y > gpu->max_groups[1] || z > gpu->max_groups[2]) {
@@ -111,7 +119,8 @@ void kd_gpu_dispatch(kd_gpu *gpu, kd_gpu_program program, uint32_t x, uint32_t y
     gpu->gl.DispatchCompute(x, y, z);
 }
 
-void kd_gpu_dispatch_linear(kd_gpu *gpu, kd_gpu_program program, uint32_t groups) {
+void kd_gpu_dispatch_linear(kd_gpu *gpu, kd_gpu_program program, uint32_t groups)
+{
     /* Drivers need not take more groups on an axis, and y takes no more even where x does. */
     const uint32_t row = 65535;
     if (!groups)
@@ -120,7 +129,8 @@ void kd_gpu_dispatch_linear(kd_gpu *gpu, kd_gpu_program program, uint32_t groups
     kd_gpu_dispatch(gpu, program, groups / rows + (groups % rows != 0), rows, 1);
 }
 
-void kd_gpu_dispatch_indirect(kd_gpu *gpu, kd_gpu_program program, kd_gpu_buffer args, size_t offset) {
+void kd_gpu_dispatch_indirect(kd_gpu *gpu, kd_gpu_program program, kd_gpu_buffer args, size_t offset)
+{
     gpu_buffer *buffer = gpu_get_buffer(gpu, args, "dispatch_indirect");
     assert(offset % 4 == 0);
     if (!buffer || !gpu_range_fits(gpu, buffer, offset, 12, "dispatch_indirect") ||
@@ -130,7 +140,8 @@ void kd_gpu_dispatch_indirect(kd_gpu *gpu, kd_gpu_program program, kd_gpu_buffer
     gpu->gl.DispatchComputeIndirect((GLintptr)offset);
 }
 
-void kd_gpu_barrier(kd_gpu *gpu, uint32_t barriers) {
+void kd_gpu_barrier(kd_gpu *gpu, uint32_t barriers)
+{
     static const struct {
         uint32_t barrier;
         GLbitfield bit;
@@ -154,26 +165,32 @@ void kd_gpu_barrier(kd_gpu *gpu, uint32_t barriers) {
         gpu->gl.MemoryBarrier(bits);
 }
 
-void kd_gpu_finish(kd_gpu *gpu) {
+void kd_gpu_finish(kd_gpu *gpu)
+{
     gpu->gl.Finish();
 }
 
-void kd_gpu_push_group(kd_gpu *gpu, const char *name) {
+void kd_gpu_push_group(kd_gpu *gpu, const char *name)
+{
     if (gpu->debug)
         gpu->gl.PushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, -1, name);
 }
 
-void kd_gpu_pop_group(kd_gpu *gpu) {
+void kd_gpu_pop_group(kd_gpu *gpu)
+{
     if (gpu->debug)
         gpu->gl.PopDebugGroup();
 }
 
-void kd_gpu_set_pass_hook(kd_gpu *gpu, void (*pass)(void *user, uint32_t program, const char *name), void *user) {
+void kd_gpu_set_pass_hook(kd_gpu *gpu, void (*pass)(void *user, uint32_t program, const char *name),
+                          void *user)
+{
     gpu->pass = pass;
     gpu->pass_user = user;
 }
 
-void kd_gpu_end_frame(kd_gpu *gpu) {
+void kd_gpu_end_frame(kd_gpu *gpu)
+{
     gpu_uniforms_end_frame(gpu);
     gpu_timers_end_frame(gpu);
     gpu->gl.Flush();

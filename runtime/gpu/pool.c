@@ -5,7 +5,8 @@
 
 enum { INDEX_BITS = 20, MAX_ITEMS = (1 << INDEX_BITS) - 1, GENERATION_MASK = 0xfff };
 
-static bool grow(gpu_pool *pool) {
+static bool grow(gpu_pool *pool)
+{
     uint32_t capacity = pool->capacity ? pool->capacity * 2 : 64;
     char *items = realloc(pool->items, capacity * pool->item_size);
     if (items)
@@ -23,7 +24,8 @@ static bool grow(gpu_pool *pool) {
     return true;
 }
 
-uint32_t gpu_pool_add(gpu_pool *pool, void **item) {
+uint32_t gpu_pool_add(gpu_pool *pool, void **item)
+{
     uint32_t index;
     if (pool->free_count) {
         index = pool->free_slots[--pool->free_count];
@@ -38,7 +40,8 @@ uint32_t gpu_pool_add(gpu_pool *pool, void **item) {
     return (uint32_t)pool->generations[index] << INDEX_BITS | (index + 1);
 }
 
-void *gpu_pool_find(const gpu_pool *pool, uint32_t id) {
+void *gpu_pool_find(const gpu_pool *pool, uint32_t id)
+{
     uint32_t index = (id & MAX_ITEMS) - 1; /* wraps for id 0 */
     if (index >= pool->count || pool->generations[index] != id >> INDEX_BITS ||
         !(pool->generations[index] & 1))
@@ -46,7 +49,8 @@ void *gpu_pool_find(const gpu_pool *pool, uint32_t id) {
     return pool->items + index * pool->item_size;
 }
 
-void gpu_pool_remove(gpu_pool *pool, uint32_t id) {
+void gpu_pool_remove(gpu_pool *pool, uint32_t id)
+{
     uint32_t index = (id & MAX_ITEMS) - 1;
     if (!gpu_pool_find(pool, id))
         return;
@@ -54,14 +58,16 @@ void gpu_pool_remove(gpu_pool *pool, uint32_t id) {
     pool->free_slots[pool->free_count++] = index;
 }
 
-uint32_t gpu_pool_next(const gpu_pool *pool, uint32_t id) {
+uint32_t gpu_pool_next(const gpu_pool *pool, uint32_t id)
+{
     for (uint32_t index = id & MAX_ITEMS; index < pool->count; index++)
         if (pool->generations[index] & 1)
             return (uint32_t)pool->generations[index] << INDEX_BITS | (index + 1);
     return 0;
 }
 
-void gpu_pool_fini(gpu_pool *pool) {
+void gpu_pool_fini(gpu_pool *pool)
+{
     free(pool->items);
     free(pool->generations);
     free(pool->free_slots);

@@ -15,7 +15,8 @@
 
 enum { PATIENCE_MS = 30000, TIMED_FILL_BYTES = 32 << 20 };
 
-static void ignore_message(void *user, kd_log_level level, const char *text) {
+static void ignore_message(void *user, kd_log_level level, const char *text)
+{
     (void)user;
     (void)level;
     (void)text;
@@ -23,7 +24,8 @@ static void ignore_message(void *user, kd_log_level level, const char *text) {
 
 /* Time filling a buffer by the GPU's clock and by the CPU's, finishing before and after: a timer that works
  * counts up and says no more than what the CPU saw. */
-static bool try_timer(kd_gpu *gpu) {
+static bool try_timer(kd_gpu *gpu)
+{
     uint64_t ns[2] = {0, 0};
     kd_gpu_buffer buffer = kd_gpu_make_buffer(
         gpu, &(kd_gpu_buffer_desc){.size = TIMED_FILL_BYTES, .zeroed = true, .name = "probe"});
@@ -41,16 +43,19 @@ static bool try_timer(kd_gpu *gpu) {
     return read && ns[1] > ns[0] && ns[1] - ns[0] <= spent;
 }
 
-static void copy_text(char *out, size_t capacity, const char *text) {
+static void copy_text(char *out, size_t capacity, const char *text)
+{
     snprintf(out, capacity, "%.*s", (int)capacity - 1, text);
 }
 
-static void add_note(kd_gpu_probe_row *row, const char *note) {
+static void add_note(kd_gpu_probe_row *row, const char *note)
+{
     size_t used = strlen(row->note);
     snprintf(row->note + used, sizeof row->note - used, "%s%s", used ? "; " : "", note);
 }
 
-static void try_way(kd_gpu_probe_row *row) {
+static void try_way(kd_gpu_probe_row *row)
+{
     gpu_reason reason = {""};
     kd_gpu *gpu = NULL;
     kd_log_set_sink(ignore_message, NULL);
@@ -72,7 +77,8 @@ static void try_way(kd_gpu_probe_row *row) {
 }
 
 /* Read a whole row. Returns false when the child ends or hangs before it is there. */
-static bool receive(int from, kd_gpu_probe_row *row, bool *timed_out) {
+static bool receive(int from, kd_gpu_probe_row *row, bool *timed_out)
+{
     size_t used = 0;
     uint64_t end = kd_clock_ns() + (uint64_t)PATIENCE_MS * 1000000u;
     while (used < sizeof *row) {
@@ -93,7 +99,8 @@ static bool receive(int from, kd_gpu_probe_row *row, bool *timed_out) {
     return true;
 }
 
-static void run_child(int to, kd_gpu_probe_row *row) {
+static void run_child(int to, kd_gpu_probe_row *row)
+{
     try_way(row);
     const char *bytes = (const char *)row;
     size_t sent = 0;
@@ -106,7 +113,8 @@ static void run_child(int to, kd_gpu_probe_row *row) {
     _exit(0); /* the exit handlers are the parent's */
 }
 
-static void probe_way(kd_gpu_probe_row *row) {
+static void probe_way(kd_gpu_probe_row *row)
+{
     int ends[2];
     bool timed_out = false;
     kd_gpu_probe_row answer = *row;
@@ -138,7 +146,8 @@ static void probe_way(kd_gpu_probe_row *row) {
 
 /* ---- what to know about the machine ---- */
 
-static size_t count_paths(const char *pattern, bool *unreadable) {
+static size_t count_paths(const char *pattern, bool *unreadable)
+{
     glob_t found = {0};
     size_t count = glob(pattern, 0, NULL, &found) == 0 ? found.gl_pathc : 0;
     for (size_t i = 0; unreadable && i < count; i++)
@@ -147,7 +156,8 @@ static size_t count_paths(const char *pattern, bool *unreadable) {
     return count;
 }
 
-static void add_egl_notes(kd_gpu_probe_row *row) {
+static void add_egl_notes(kd_gpu_probe_row *row)
+{
     bool unreadable = false;
     size_t vendors = count_paths("/usr/share/glvnd/egl_vendor.d/*.json", NULL) +
                      count_paths("/etc/glvnd/egl_vendor.d/*.json", NULL);
@@ -166,7 +176,8 @@ static void add_egl_notes(kd_gpu_probe_row *row) {
         add_note(row, "an NVIDIA device is there without its EGL vendor library");
 }
 
-static void add_machine_notes(kd_gpu_probe_row *row) {
+static void add_machine_notes(kd_gpu_probe_row *row)
+{
     const char *display = getenv("DISPLAY"), *wayland = getenv("WAYLAND_DISPLAY");
     if (row->works)
         return;
@@ -178,7 +189,8 @@ static void add_machine_notes(kd_gpu_probe_row *row) {
         add_egl_notes(row);
 }
 
-uint32_t kd_gpu_probe(kd_gpu_probe_row *rows, uint32_t capacity) {
+uint32_t kd_gpu_probe(kd_gpu_probe_row *rows, uint32_t capacity)
+{
     static const kd_context_api ways[] = {KD_CONTEXT_EGL_DEVICE, KD_CONTEXT_EGL_SURFACELESS,
                                           KD_CONTEXT_EGL_SOFTWARE, KD_CONTEXT_OSMESA, KD_CONTEXT_GLFW};
     uint32_t count = 0;

@@ -11,14 +11,16 @@
 
 enum { MAX_LOG_LINES = 12, MAX_STAGES = 3 };
 
-static void log_line(const gpu_source *source, const char *line, size_t length, kd_log_level level) {
+static void log_line(const gpu_source *source, const char *line, size_t length, kd_log_level level)
+{
     char text[700];
     gpu_source_translate(source, line, length, text, sizeof text);
     kd_log(level, "%s", text);
 }
 
 /* Log what the compiler or linker said. Returns the number of lines. */
-static int log_lines(const gpu_source *source, const char *log, kd_log_level level) {
+static int log_lines(const gpu_source *source, const char *log, kd_log_level level)
+{
     int lines = 0;
     while (*log && lines < MAX_LOG_LINES) {
         size_t length = strcspn(log, "\n");
@@ -31,7 +33,8 @@ static int log_lines(const gpu_source *source, const char *log, kd_log_level lev
     return lines;
 }
 
-static char *get_log(kd_gpu *gpu, GLuint object, bool is_program) {
+static char *get_log(kd_gpu *gpu, GLuint object, bool is_program)
+{
     const gl_table *gl = &gpu->gl;
     GLint length = 0;
     if (is_program)
@@ -47,7 +50,8 @@ static char *get_log(kd_gpu *gpu, GLuint object, bool is_program) {
 }
 
 /* Returns 0 after logging why. */
-static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *const *defines) {
+static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *const *defines)
+{
     const gl_table *gl = &gpu->gl;
     gpu_source source = {0};
     if (!gpu_source_expand(&source, path, defines)) {
@@ -74,7 +78,8 @@ static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *c
     return 0;
 }
 
-static bool link_program(kd_gpu *gpu, GLuint program, const char *name) {
+static bool link_program(kd_gpu *gpu, GLuint program, const char *name)
+{
     static const gpu_source no_files = {0};
     GLint good = GL_FALSE;
     gpu->gl.LinkProgram(program);
@@ -90,7 +95,8 @@ static bool link_program(kd_gpu *gpu, GLuint program, const char *name) {
 }
 
 /* Compile and link the stages that are there. Returns 0 after logging why. */
-static GLuint build(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name) {
+static GLuint build(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name)
+{
     const struct {
         GLenum stage;
         const char *path;
@@ -121,7 +127,8 @@ static GLuint build(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *na
     return good ? program : 0;
 }
 
-static uint32_t list_storage(kd_gpu *gpu, GLuint program) {
+static uint32_t list_storage(kd_gpu *gpu, GLuint program)
+{
     static const GLenum what = GL_BUFFER_BINDING;
     GLint count = 0;
     uint32_t mask = 0;
@@ -136,7 +143,8 @@ static uint32_t list_storage(kd_gpu *gpu, GLuint program) {
     return mask;
 }
 
-kd_gpu_program kd_gpu_make_program(kd_gpu *gpu, const kd_gpu_program_desc *desc) {
+kd_gpu_program kd_gpu_make_program(kd_gpu *gpu, const kd_gpu_program_desc *desc)
+{
     assert(gpu && desc && (desc->compute || desc->vertex));
     const char *path = desc->compute ? desc->compute : desc->fragment ? desc->fragment : desc->vertex;
     const char *name = desc->name ? desc->name : path;
@@ -158,7 +166,8 @@ kd_gpu_program kd_gpu_make_program(kd_gpu *gpu, const kd_gpu_program_desc *desc)
     return (kd_gpu_program){id};
 }
 
-void kd_gpu_destroy_program(kd_gpu *gpu, kd_gpu_program handle) {
+void kd_gpu_destroy_program(kd_gpu *gpu, kd_gpu_program handle)
+{
     gpu_program *program = handle.id ? gpu_get_program(gpu, handle, "destroy_program") : NULL;
     if (!program)
         return;
@@ -170,7 +179,8 @@ void kd_gpu_destroy_program(kd_gpu *gpu, kd_gpu_program handle) {
     gpu_pool_remove(&gpu->programs, handle.id);
 }
 
-bool gpu_use_program(kd_gpu *gpu, kd_gpu_program handle, bool compute, const char *call) {
+bool gpu_use_program(kd_gpu *gpu, kd_gpu_program handle, bool compute, const char *call)
+{
     gpu_program *program = gpu_get_program(gpu, handle, call);
     if (!program)
         return false;

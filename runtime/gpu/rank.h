@@ -3,8 +3,9 @@
 
 #include "runtime/gpu/gpu.h"
 
-/* Ranks of set bits: for each word of a bit mask the number of bits set before it. With it, the place of a set bit in a
- * compact array is rank[word] + bitCount(mask[word] & below), which depends on the mask alone and on no thread order. */
+/* Ranks of set bits: for each word of a bit mask the number of bits set before it. With it, the place of a
+ * set bit in a compact array is rank[word] + bitCount(mask[word] & below), which depends on the mask alone
+ * and on no thread order. */
 typedef struct kd_gpu_rank {
     kd_gpu_program sum, scan, write;
     kd_gpu_buffer sums;
@@ -14,10 +15,10 @@ typedef struct kd_gpu_rank {
 kd_status kd_gpu_rank_init(kd_gpu *gpu, kd_gpu_rank *rank);
 void kd_gpu_rank_fini(kd_gpu *gpu, kd_gpu_rank *rank);
 
-/** Write ranks[first_rank + i] for the words mask[first_mask + i], i < words, and the total to counters[counter].
- *  The caller issues the barrier before (mask) and after (ranks, counters).
- *  Errors KD_TOO_LARGE when a buffer is larger than the driver binds, KD_GPU: no ranks, the total is 0.
- *  Cost 2 reads of the mask and 1 write of the ranks */
+/** Write ranks[first_rank + i] for the words mask[first_mask + i], i < words, and the total to
+ * counters[counter]. The caller issues the barrier before (mask) and after (ranks, counters). Errors
+ * KD_TOO_LARGE when a buffer is larger than the driver binds, KD_GPU: no ranks, the total is 0. Cost 2 reads
+ * of the mask and 1 write of the ranks */
 kd_status kd_gpu_rank_run(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, uint32_t first_mask,
                           uint32_t words, kd_gpu_buffer ranks, uint32_t first_rank, kd_gpu_buffer counters,
                           uint32_t counter);

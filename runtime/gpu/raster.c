@@ -6,14 +6,16 @@
 
 #include "runtime/gpu/internal.h"
 
-static void enable(kd_gpu *gpu, GLenum what, bool on) {
+static void enable(kd_gpu *gpu, GLenum what, bool on)
+{
     if (on)
         gpu->gl.Enable(what);
     else
         gpu->gl.Disable(what);
 }
 
-static void set_depth(kd_gpu *gpu, const kd_gpu_raster *raster) {
+static void set_depth(kd_gpu *gpu, const kd_gpu_raster *raster)
+{
     bool offset = raster->depth_bias_slope != 0 || raster->depth_bias_constant != 0;
     /* GL writes depth only while the test is on: a write without a test is a test that always passes. */
     enable(gpu, GL_DEPTH_TEST, raster->depth_test || raster->depth_write || raster->depth_equal);
@@ -25,7 +27,8 @@ static void set_depth(kd_gpu *gpu, const kd_gpu_raster *raster) {
         gpu->gl.PolygonOffset(raster->depth_bias_slope, raster->depth_bias_constant);
 }
 
-static void set_cull_and_blend(kd_gpu *gpu, const kd_gpu_raster *raster) {
+static void set_cull_and_blend(kd_gpu *gpu, const kd_gpu_raster *raster)
+{
     enable(gpu, GL_CULL_FACE, raster->cull != KD_CULL_NONE);
     if (raster->cull != KD_CULL_NONE)
         gpu->gl.CullFace(raster->cull == KD_CULL_BACK ? GL_BACK : GL_FRONT);
@@ -36,7 +39,8 @@ static void set_cull_and_blend(kd_gpu *gpu, const kd_gpu_raster *raster) {
         gpu->gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
 }
 
-static void clear_color(kd_gpu *gpu, const gpu_target *target, const float color[4]) {
+static void clear_color(kd_gpu *gpu, const gpu_target *target, const float color[4])
+{
     const GLfloat values[4] = {color[0], color[1], color[2], color[3]};
     GLuint integers[4];
     for (int i = 0; i < 4; i++)
@@ -52,7 +56,8 @@ static void clear_color(kd_gpu *gpu, const gpu_target *target, const float color
 }
 
 static void clear(kd_gpu *gpu, const gpu_target *target, const kd_gpu_raster *raster, GLsizei width,
-                  GLsizei height) {
+                  GLsizei height)
+{
     static const GLfloat far_plane = 1;
     bool depth = raster->clear_depth && (!target || target->has_depth);
     if (!raster->clear_color && !depth)
@@ -68,7 +73,8 @@ static void clear(kd_gpu *gpu, const gpu_target *target, const kd_gpu_raster *ra
     gpu->gl.Disable(GL_SCISSOR_TEST);
 }
 
-void kd_gpu_begin_raster(kd_gpu *gpu, const kd_gpu_raster *raster) {
+void kd_gpu_begin_raster(kd_gpu *gpu, const kd_gpu_raster *raster)
+{
     uint32_t width = raster->width, height = raster->height, full_width = 0, full_height = 0;
     gpu_target *target = NULL;
     gpu->raster_ready = false;
@@ -108,14 +114,16 @@ static const struct {
     [KD_ATTR_F16X2] = {2, GL_HALF_FLOAT, GL_FALSE, 4},
 };
 
-void gpu_bind_vao(kd_gpu *gpu, GLuint vao) {
+void gpu_bind_vao(kd_gpu *gpu, GLuint vao)
+{
     if (gpu->bound_vao == vao)
         return;
     gpu->gl.BindVertexArray(vao);
     gpu->bound_vao = vao;
 }
 
-static bool set_attribute(kd_gpu *gpu, const kd_gpu_attribute *attribute, GLuint binding) {
+static bool set_attribute(kd_gpu *gpu, const kd_gpu_attribute *attribute, GLuint binding)
+{
     const gl_table *gl = &gpu->gl;
     const gpu_buffer *buffer = gpu_get_buffer(gpu, attribute->buffer, "draw");
     GLsizei stride =
@@ -137,7 +145,8 @@ static bool set_attribute(kd_gpu *gpu, const kd_gpu_attribute *attribute, GLuint
 }
 
 /* Set the vertex array up for a geometry, unless it is so already. */
-static bool set_geometry(kd_gpu *gpu, const kd_gpu_geometry *geometry) {
+static bool set_geometry(kd_gpu *gpu, const kd_gpu_geometry *geometry)
+{
     /* Padding may differ between equal geometries: that costs a set-up, never a wrong draw. */
     if (gpu->geometry_known && memcmp(&gpu->geometry, geometry, sizeof *geometry) == 0)
         return true;
@@ -167,7 +176,8 @@ static bool set_geometry(kd_gpu *gpu, const kd_gpu_geometry *geometry) {
 
 /* ---- draws ---- */
 
-static bool begin_draw(kd_gpu *gpu, kd_gpu_program program, const char *call) {
+static bool begin_draw(kd_gpu *gpu, kd_gpu_program program, const char *call)
+{
     if (!gpu->raster_ready) {
         gpu_complain(gpu, "%s: no raster pass has begun", call);
         return false;
@@ -176,7 +186,8 @@ static bool begin_draw(kd_gpu *gpu, kd_gpu_program program, const char *call) {
 }
 
 void kd_gpu_draw_indexed(kd_gpu *gpu, kd_gpu_program program, const kd_gpu_geometry *geometry,
-                         const kd_draw_indexed *draw) {
+                         const kd_draw_indexed *draw)
+{
     if (!draw->index_count || !draw->instance_count || !begin_draw(gpu, program, "draw_indexed") ||
         !set_geometry(gpu, geometry))
         return;
@@ -193,7 +204,8 @@ void kd_gpu_draw_indexed(kd_gpu *gpu, kd_gpu_program program, const kd_gpu_geome
 }
 
 void kd_gpu_draw_indirect(kd_gpu *gpu, kd_gpu_program program, const kd_gpu_geometry *geometry,
-                          kd_gpu_buffer draws, size_t offset, uint32_t draw_count) {
+                          kd_gpu_buffer draws, size_t offset, uint32_t draw_count)
+{
     const gpu_buffer *buffer = draw_count ? gpu_get_buffer(gpu, draws, "draw_indirect") : NULL;
     assert(offset % 4 == 0);
     if (!buffer ||
@@ -210,14 +222,16 @@ void kd_gpu_draw_indirect(kd_gpu *gpu, kd_gpu_program program, const kd_gpu_geom
                                       (GLsizei)draw_count, sizeof(kd_draw_indexed));
 }
 
-void kd_gpu_draw_procedural(kd_gpu *gpu, kd_gpu_program program, uint32_t count, uint32_t instances) {
+void kd_gpu_draw_procedural(kd_gpu *gpu, kd_gpu_program program, uint32_t count, uint32_t instances)
+{
     if (!count || !instances || !begin_draw(gpu, program, "draw_procedural"))
         return;
     gpu_bind_vao(gpu, gpu->empty_vao);
     gpu->gl.DrawArraysInstancedBaseInstance(GL_TRIANGLES, 0, (GLsizei)count, (GLsizei)instances, 0);
 }
 
-void kd_gpu_blit_to_window(kd_gpu *gpu, kd_gpu_texture handle, uint32_t width, uint32_t height) {
+void kd_gpu_blit_to_window(kd_gpu *gpu, kd_gpu_texture handle, uint32_t width, uint32_t height)
+{
     const gpu_texture *texture = gpu_get_texture(gpu, handle, "blit_to_window");
     if (!texture)
         return;

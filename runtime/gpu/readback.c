@@ -11,7 +11,8 @@ static const GLuint64 patience_ns = 10000000000u; /* a copy that takes longer ha
 
 enum { AREA_ALIGNMENT = 256 };
 
-kd_gpu_readback kd_gpu_make_readback(kd_gpu *gpu, size_t size, uint32_t depth, const char *name) {
+kd_gpu_readback kd_gpu_make_readback(kd_gpu *gpu, size_t size, uint32_t depth, const char *name)
+{
     assert(gpu && size && depth <= GPU_MAX_AREAS);
     gpu_readback made = {.depth = depth ? depth : 3}, *readback;
     made.area_bytes = (size + AREA_ALIGNMENT - 1) / AREA_ALIGNMENT * AREA_ALIGNMENT;
@@ -36,7 +37,8 @@ kd_gpu_readback kd_gpu_make_readback(kd_gpu *gpu, size_t size, uint32_t depth, c
     return (kd_gpu_readback){id};
 }
 
-void gpu_release_readback(kd_gpu *gpu, gpu_readback *readback) {
+void gpu_release_readback(kd_gpu *gpu, gpu_readback *readback)
+{
     for (uint32_t i = 0; i < readback->depth; i++)
         if (readback->areas[i].fence)
             gpu->gl.DeleteSync(readback->areas[i].fence);
@@ -44,7 +46,8 @@ void gpu_release_readback(kd_gpu *gpu, gpu_readback *readback) {
     gpu->bytes -= readback->area_bytes * readback->depth;
 }
 
-void kd_gpu_destroy_readback(kd_gpu *gpu, kd_gpu_readback handle) {
+void kd_gpu_destroy_readback(kd_gpu *gpu, kd_gpu_readback handle)
+{
     gpu_readback *readback = handle.id ? gpu_get_readback(gpu, handle, "destroy_readback") : NULL;
     if (!readback)
         return;
@@ -53,7 +56,8 @@ void kd_gpu_destroy_readback(kd_gpu *gpu, kd_gpu_readback handle) {
 }
 
 /* Take the next area for `size` bytes. Returns its index, or -1 with *status set. */
-static int begin_copy(kd_gpu *gpu, gpu_readback *readback, size_t size, kd_status *status) {
+static int begin_copy(kd_gpu *gpu, gpu_readback *readback, size_t size, kd_status *status)
+{
     if (size > readback->area_bytes) {
         gpu_complain(gpu, "readback %s: %zu bytes do not fit an area of %zu", readback->name, size,
                      readback->area_bytes);
@@ -68,7 +72,8 @@ static int begin_copy(kd_gpu *gpu, gpu_readback *readback, size_t size, kd_statu
     return (int)((readback->first + readback->count) % readback->depth);
 }
 
-static void end_copy(kd_gpu *gpu, gpu_readback *readback, int index, size_t size, uint64_t tag) {
+static void end_copy(kd_gpu *gpu, gpu_readback *readback, int index, size_t size, uint64_t tag)
+{
     gpu_area *area = &readback->areas[index];
     area->fence = gpu->gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
     area->tag = tag;
@@ -78,7 +83,8 @@ static void end_copy(kd_gpu *gpu, gpu_readback *readback, int index, size_t size
 }
 
 kd_status kd_gpu_readback_buffer(kd_gpu *gpu, kd_gpu_readback handle, kd_gpu_buffer from, size_t offset,
-                                 size_t size, uint64_t tag) {
+                                 size_t size, uint64_t tag)
+{
     gpu_readback *readback = gpu_get_readback(gpu, handle, "readback_buffer");
     gpu_buffer *buffer = readback ? gpu_get_buffer(gpu, from, "readback_buffer") : NULL;
     kd_status status;
@@ -94,7 +100,8 @@ kd_status kd_gpu_readback_buffer(kd_gpu *gpu, kd_gpu_readback handle, kd_gpu_buf
 }
 
 kd_status kd_gpu_readback_texture(kd_gpu *gpu, kd_gpu_readback handle, kd_gpu_texture from, uint32_t level,
-                                  uint64_t tag) {
+                                  uint64_t tag)
+{
     gpu_readback *readback = gpu_get_readback(gpu, handle, "readback_texture");
     gpu_texture *texture = readback ? gpu_get_texture(gpu, from, "readback_texture") : NULL;
     kd_status status;
@@ -114,7 +121,8 @@ kd_status kd_gpu_readback_texture(kd_gpu *gpu, kd_gpu_readback handle, kd_gpu_te
     return KD_OK;
 }
 
-static bool is_done(kd_gpu *gpu, const gpu_readback *readback, const gpu_area *area, bool wait) {
+static bool is_done(kd_gpu *gpu, const gpu_readback *readback, const gpu_area *area, bool wait)
+{
     /* A fence of this frame may still lie in the driver's queue; older ones were flushed with their frame. */
     GLbitfield flags = wait || area->frame == gpu->frame ? GL_SYNC_FLUSH_COMMANDS_BIT : 0;
     GLenum state = gpu->gl.ClientWaitSync(area->fence, flags, wait ? patience_ns : 0);
@@ -125,8 +133,8 @@ static bool is_done(kd_gpu *gpu, const gpu_readback *readback, const gpu_area *a
     return state != GL_TIMEOUT_EXPIRED;
 }
 
-const void *kd_gpu_readback_poll(kd_gpu *gpu, kd_gpu_readback handle, bool wait, uint64_t *tag,
-                                 size_t *size) {
+const void *kd_gpu_readback_poll(kd_gpu *gpu, kd_gpu_readback handle, bool wait, uint64_t *tag, size_t *size)
+{
     gpu_readback *readback = gpu_get_readback(gpu, handle, "readback_poll");
     if (!readback)
         return NULL;

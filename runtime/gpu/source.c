@@ -12,7 +12,8 @@ enum { MAX_DEPTH = 16, MAX_FILE_BYTES = 4 << 20 };
 
 /* ---- the text ---- */
 
-static bool append(gpu_source *source, const char *text, size_t size) {
+static bool append(gpu_source *source, const char *text, size_t size)
+{
     if (source->size + size + 1 > source->capacity) {
         size_t capacity = (source->size + size + 1) * 2;
         char *grown = realloc(source->text, capacity);
@@ -29,11 +30,13 @@ static bool append(gpu_source *source, const char *text, size_t size) {
     return true;
 }
 
-static bool append_text(gpu_source *source, const char *text) {
+static bool append_text(gpu_source *source, const char *text)
+{
     return append(source, text, strlen(text));
 }
 
-static bool append_line_number(gpu_source *source, unsigned line, unsigned file) {
+static bool append_line_number(gpu_source *source, unsigned line, unsigned file)
+{
     char text[48];
     snprintf(text, sizeof text, "#line %u %u\n", line, file);
     return append_text(source, text);
@@ -41,7 +44,8 @@ static bool append_line_number(gpu_source *source, unsigned line, unsigned file)
 
 /* ---- files ---- */
 
-static char *read_from_folder(const char *folder, const char *path, size_t *size) {
+static char *read_from_folder(const char *folder, const char *path, size_t *size)
+{
     char full[4096];
     if ((size_t)snprintf(full, sizeof full, "%s/%s", folder, path) >= sizeof full)
         return NULL;
@@ -69,7 +73,8 @@ static char *read_from_folder(const char *folder, const char *path, size_t *size
 }
 
 /* Returns the text of a file, which the caller frees; NULL when it is not there. */
-static char *load(const char *path, size_t *size) {
+static char *load(const char *path, size_t *size)
+{
     const char *folder = getenv("KANDIL_SHADER_DIR");
     if (folder && *folder)
         return read_from_folder(folder, path, size);
@@ -88,7 +93,8 @@ static char *load(const char *path, size_t *size) {
 /* ---- includes ---- */
 
 /* Parse `# include "PATH"`. Returns false for any other line; path is empty when it is malformed or in <>. */
-static bool parse_include(const char *line, const char *end, char *path, size_t capacity) {
+static bool parse_include(const char *line, const char *end, char *path, size_t capacity)
+{
     while (line < end && isblank((unsigned char)*line))
         line++;
     if (line == end || *line++ != '#')
@@ -110,7 +116,8 @@ static bool parse_include(const char *line, const char *end, char *path, size_t 
 }
 
 /* Follow block comments over one line, so that an include inside of one is left alone. */
-static bool ends_in_comment(const char *line, const char *end, bool in_comment) {
+static bool ends_in_comment(const char *line, const char *end, bool in_comment)
+{
     for (; line + 1 < end; line++) {
         if (in_comment && line[0] == '*' && line[1] == '/') {
             in_comment = false;
@@ -125,7 +132,8 @@ static bool ends_in_comment(const char *line, const char *end, bool in_comment) 
     return in_comment;
 }
 
-static bool has_file(const gpu_source *source, const char *path) {
+static bool has_file(const gpu_source *source, const char *path)
+{
     for (unsigned i = 0; i < source->path_count; i++)
         if (strcmp(source->paths[i], path) == 0)
             return true;
@@ -135,7 +143,8 @@ static bool has_file(const gpu_source *source, const char *path) {
 static bool expand(gpu_source *source, const char *path, char *text, size_t size, unsigned depth);
 
 /* Put the file of one include line in. */
-static bool include(gpu_source *source, const char *path, unsigned file, unsigned line, unsigned depth) {
+static bool include(gpu_source *source, const char *path, unsigned file, unsigned line, unsigned depth)
+{
     char message[512];
     size_t size = 0;
     if (has_file(source, path))
@@ -148,7 +157,8 @@ static bool include(gpu_source *source, const char *path, unsigned file, unsigne
     return append_text(source, message);
 }
 
-static bool expand_lines(gpu_source *source, const char *text, size_t size, unsigned file, unsigned depth) {
+static bool expand_lines(gpu_source *source, const char *text, size_t size, unsigned file, unsigned depth)
+{
     const char *end = text + size;
     bool in_comment = false, good = append_line_number(source, 1, file);
     for (unsigned line = 1; good && text < end; line++) {
@@ -166,7 +176,8 @@ static bool expand_lines(gpu_source *source, const char *text, size_t size, unsi
 }
 
 /* Takes `text` over. */
-static bool expand(gpu_source *source, const char *path, char *text, size_t size, unsigned depth) {
+static bool expand(gpu_source *source, const char *path, char *text, size_t size, unsigned depth)
+{
     bool good = false;
     unsigned file = source->path_count;
     char *copy = strdup(path);
@@ -184,7 +195,8 @@ static bool expand(gpu_source *source, const char *path, char *text, size_t size
     return good;
 }
 
-bool gpu_source_expand(gpu_source *source, const char *path, const char *const *defines) {
+bool gpu_source_expand(gpu_source *source, const char *path, const char *const *defines)
+{
     size_t size = 0;
     bool good = append_text(source, "#version 450 core\n#define KD_GLSL 1\n");
     for (; good && defines && *defines; defines++)
@@ -201,7 +213,8 @@ bool gpu_source_expand(gpu_source *source, const char *path, const char *const *
     return false;
 }
 
-void gpu_source_fini(gpu_source *source) {
+void gpu_source_fini(gpu_source *source)
+{
     for (unsigned i = 0; i < source->path_count; i++)
         free(source->paths[i]);
     free(source->text);
@@ -211,7 +224,8 @@ void gpu_source_fini(gpu_source *source) {
 /* ---- messages ---- */
 
 void gpu_source_translate(const gpu_source *source, const char *line, size_t length, char *out,
-                          size_t capacity) {
+                          size_t capacity)
+{
     char text[512];
     snprintf(text, sizeof text, "%.*s", (int)(length < sizeof text ? length : sizeof text - 1), line);
     /* Mesa: 0:12(5): error …; NVIDIA: 0(12) : error …; others: ERROR: 0:12: … */

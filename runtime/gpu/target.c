@@ -7,7 +7,8 @@
 #include "runtime/gpu/internal.h"
 
 static void attach(kd_gpu *gpu, GLuint framebuffer, GLenum point, const gpu_texture *texture,
-                   const kd_gpu_target_desc *desc) {
+                   const kd_gpu_target_desc *desc)
+{
     if (texture->kind == KD_TEXTURE_2D || desc->layer == KD_ALL_LAYERS)
         gpu->gl.NamedFramebufferTexture(framebuffer, point, texture->gl, (GLint)desc->level);
     else
@@ -15,7 +16,8 @@ static void attach(kd_gpu *gpu, GLuint framebuffer, GLenum point, const gpu_text
                                              (GLint)desc->layer);
 }
 
-static bool add_color(kd_gpu *gpu, gpu_target *target, const kd_gpu_target_desc *desc) {
+static bool add_color(kd_gpu *gpu, gpu_target *target, const kd_gpu_target_desc *desc)
+{
     GLenum buffers[KD_MAX_COLOR_TARGETS] = {GL_NONE};
     uint32_t i = 0;
     for (; i < KD_MAX_COLOR_TARGETS && desc->color[i].id; i++) {
@@ -34,7 +36,8 @@ static bool add_color(kd_gpu *gpu, gpu_target *target, const kd_gpu_target_desc 
     return true;
 }
 
-static bool add_depth(kd_gpu *gpu, gpu_target *target, const kd_gpu_target_desc *desc) {
+static bool add_depth(kd_gpu *gpu, gpu_target *target, const kd_gpu_target_desc *desc)
+{
     if (!desc->depth.id)
         return true;
     const gpu_texture *texture = gpu_get_texture(gpu, desc->depth, "make_target");
@@ -48,7 +51,8 @@ static bool add_depth(kd_gpu *gpu, gpu_target *target, const kd_gpu_target_desc 
 }
 
 /* A target without attachments only rasterizes: GL has to be told its size. */
-static void set_size(kd_gpu *gpu, gpu_target *target, const kd_gpu_target_desc *desc) {
+static void set_size(kd_gpu *gpu, gpu_target *target, const kd_gpu_target_desc *desc)
+{
     if (target->color_count || target->has_depth)
         return;
     target->width = desc->width;
@@ -57,7 +61,8 @@ static void set_size(kd_gpu *gpu, gpu_target *target, const kd_gpu_target_desc *
     gpu->gl.NamedFramebufferParameteri(target->gl, GL_FRAMEBUFFER_DEFAULT_HEIGHT, (GLint)desc->height);
 }
 
-kd_gpu_target kd_gpu_make_target(kd_gpu *gpu, const kd_gpu_target_desc *desc) {
+kd_gpu_target kd_gpu_make_target(kd_gpu *gpu, const kd_gpu_target_desc *desc)
+{
     assert(gpu && desc);
     gpu_target made = {0}, *target;
     gpu_copy_name(made.name, desc->name, "target");
@@ -81,7 +86,8 @@ kd_gpu_target kd_gpu_make_target(kd_gpu *gpu, const kd_gpu_target_desc *desc) {
     return (kd_gpu_target){id};
 }
 
-void kd_gpu_destroy_target(kd_gpu *gpu, kd_gpu_target handle) {
+void kd_gpu_destroy_target(kd_gpu *gpu, kd_gpu_target handle)
+{
     gpu_target *target = handle.id ? gpu_get_target(gpu, handle, "destroy_target") : NULL;
     if (!target)
         return;

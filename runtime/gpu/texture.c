@@ -31,26 +31,31 @@ static const gpu_format formats[KD_TEXTURE_FORMAT_COUNT] = {
     [KD_R16UI] = {GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, 2, 1, 0, 1, 1, "R16UI"},
 };
 
-const gpu_format *gpu_get_format(kd_texture_format format) {
+const gpu_format *gpu_get_format(kd_texture_format format)
+{
     assert((unsigned)format < KD_TEXTURE_FORMAT_COUNT);
     return &formats[format];
 }
 
-uint32_t gpu_level_size(uint32_t size, uint32_t level) {
+uint32_t gpu_level_size(uint32_t size, uint32_t level)
+{
     uint32_t small = level < 32 ? size >> level : 0;
     return small ? small : 1;
 }
 
-static uint32_t level_depth(const gpu_texture *texture, uint32_t level) {
+static uint32_t level_depth(const gpu_texture *texture, uint32_t level)
+{
     return texture->kind == KD_TEXTURE_3D ? gpu_level_size(texture->depth, level) : texture->depth;
 }
 
-size_t gpu_level_bytes(const gpu_texture *texture, uint32_t level) {
+size_t gpu_level_bytes(const gpu_texture *texture, uint32_t level)
+{
     return (size_t)gpu_level_size(texture->width, level) * gpu_level_size(texture->height, level) *
            level_depth(texture, level) * gpu_get_format(texture->format)->texel_bytes;
 }
 
-static uint32_t full_chain(const gpu_texture *texture) {
+static uint32_t full_chain(const gpu_texture *texture)
+{
     uint32_t size = texture->width > texture->height ? texture->width : texture->height;
     uint32_t levels = 1;
     if (texture->kind == KD_TEXTURE_3D && texture->depth > size)
@@ -61,7 +66,8 @@ static uint32_t full_chain(const gpu_texture *texture) {
 }
 
 /* Resolve the defaults of a desc. */
-static gpu_texture describe(const kd_gpu_texture_desc *desc) {
+static gpu_texture describe(const kd_gpu_texture_desc *desc)
+{
     static const GLenum targets[] = {GL_TEXTURE_2D, GL_TEXTURE_2D_ARRAY, GL_TEXTURE_3D, GL_TEXTURE_CUBE_MAP};
     gpu_texture texture = {.target = targets[desc->kind],
                            .kind = desc->kind,
@@ -81,7 +87,8 @@ static gpu_texture describe(const kd_gpu_texture_desc *desc) {
 }
 
 /* Returns what is wrong, or NULL. */
-static const char *check(const kd_gpu *gpu, const gpu_texture *texture) {
+static const char *check(const kd_gpu *gpu, const gpu_texture *texture)
+{
     uint32_t side = (uint32_t)gpu->max_texture_2d, depth = (uint32_t)gpu->max_layers;
     if (texture->kind == KD_TEXTURE_3D)
         side = depth = (uint32_t)gpu->info.max_texture_3d;
@@ -96,12 +103,14 @@ static const char *check(const kd_gpu *gpu, const gpu_texture *texture) {
     return NULL;
 }
 
-static GLint wrap_mode(kd_wrap wrap) {
+static GLint wrap_mode(kd_wrap wrap)
+{
     static const GLint modes[] = {GL_CLAMP_TO_EDGE, GL_REPEAT, GL_MIRRORED_REPEAT, GL_CLAMP_TO_BORDER};
     return modes[wrap];
 }
 
-static void set_sampling(kd_gpu *gpu, const gpu_texture *texture, const kd_gpu_texture_desc *desc) {
+static void set_sampling(kd_gpu *gpu, const gpu_texture *texture, const kd_gpu_texture_desc *desc)
+{
     static const GLfloat one[4] = {1, 1, 1, 1};
     const gl_table *gl = &gpu->gl;
     /* GL does not filter integers: a linear filter would make the texture incomplete. */
@@ -125,7 +134,8 @@ static void set_sampling(kd_gpu *gpu, const gpu_texture *texture, const kd_gpu_t
 }
 
 static void upload(kd_gpu *gpu, const gpu_texture *texture, uint32_t level, uint32_t layer, uint32_t layers,
-                   const void *data) {
+                   const void *data)
+{
     const gpu_format *format = gpu_get_format(texture->format);
     GLsizei width = (GLsizei)gpu_level_size(texture->width, level);
     GLsizei height = (GLsizei)gpu_level_size(texture->height, level);
@@ -137,7 +147,8 @@ static void upload(kd_gpu *gpu, const gpu_texture *texture, uint32_t level, uint
                                   (GLsizei)layers, format->format, format->type, data);
 }
 
-static bool allocate(kd_gpu *gpu, gpu_texture *texture) {
+static bool allocate(kd_gpu *gpu, gpu_texture *texture)
+{
     const gpu_format *format = gpu_get_format(texture->format);
     GLsizei levels = (GLsizei)texture->levels, width = (GLsizei)texture->width,
             height = (GLsizei)texture->height;
@@ -155,7 +166,8 @@ static bool allocate(kd_gpu *gpu, gpu_texture *texture) {
 }
 
 /* Put a texture that GL has into the pool. */
-static kd_gpu_texture keep(kd_gpu *gpu, const gpu_texture *texture) {
+static kd_gpu_texture keep(kd_gpu *gpu, const gpu_texture *texture)
+{
     gpu_texture *kept;
     uint32_t id = gpu_pool_add(&gpu->textures, (void **)&kept);
     if (!id) {
@@ -169,7 +181,8 @@ static kd_gpu_texture keep(kd_gpu *gpu, const gpu_texture *texture) {
     return (kd_gpu_texture){id};
 }
 
-kd_gpu_texture kd_gpu_make_texture(kd_gpu *gpu, const kd_gpu_texture_desc *desc) {
+kd_gpu_texture kd_gpu_make_texture(kd_gpu *gpu, const kd_gpu_texture_desc *desc)
+{
     assert(gpu && desc && desc->kind <= KD_TEXTURE_CUBE);
     gpu_texture texture = describe(desc);
     const char *wrong = check(gpu, &texture);
@@ -191,7 +204,8 @@ kd_gpu_texture kd_gpu_make_texture(kd_gpu *gpu, const kd_gpu_texture_desc *desc)
     return keep(gpu, &texture);
 }
 
-kd_gpu_texture kd_gpu_make_texel_buffer(kd_gpu *gpu, kd_gpu_buffer handle, kd_texture_format format) {
+kd_gpu_texture kd_gpu_make_texel_buffer(kd_gpu *gpu, kd_gpu_buffer handle, kd_texture_format format)
+{
     gpu_buffer *buffer = gpu_get_buffer(gpu, handle, "make_texel_buffer");
     const gpu_format *row = gpu_get_format(format);
     if (!buffer)
@@ -213,7 +227,8 @@ kd_gpu_texture kd_gpu_make_texel_buffer(kd_gpu *gpu, kd_gpu_buffer handle, kd_te
     return keep(gpu, &texture);
 }
 
-void kd_gpu_destroy_texture(kd_gpu *gpu, kd_gpu_texture handle) {
+void kd_gpu_destroy_texture(kd_gpu *gpu, kd_gpu_texture handle)
+{
     gpu_texture *texture = handle.id ? gpu_get_texture(gpu, handle, "destroy_texture") : NULL;
     if (!texture)
         return;
@@ -226,7 +241,8 @@ void kd_gpu_destroy_texture(kd_gpu *gpu, kd_gpu_texture handle) {
 }
 
 /* Find a texture with storage of its own and such a level, or complain. */
-static gpu_texture *get_level(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, const char *call) {
+static gpu_texture *get_level(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, const char *call)
+{
     gpu_texture *texture = gpu_get_texture(gpu, handle, call);
     if (texture && (texture->target == GL_TEXTURE_BUFFER || level >= texture->levels)) {
         gpu_complain(gpu, "%s: texture %s has no level %u", call, texture->name, level);
@@ -236,7 +252,8 @@ static gpu_texture *get_level(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level
 }
 
 void kd_gpu_write_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, uint32_t layer,
-                          const void *data, size_t size) {
+                          const void *data, size_t size)
+{
     gpu_texture *texture = get_level(gpu, handle, level, "write_texture");
     if (!texture)
         return;
@@ -251,7 +268,8 @@ void kd_gpu_write_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, ui
     upload(gpu, texture, level, layer, (uint32_t)layers, data);
 }
 
-void kd_gpu_clear_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, const void *texel) {
+void kd_gpu_clear_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, const void *texel)
+{
     gpu_texture *texture = get_level(gpu, handle, level, "clear_texture");
     if (!texture)
         return;
@@ -260,7 +278,8 @@ void kd_gpu_clear_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, co
 }
 
 void kd_gpu_copy_texture(kd_gpu *gpu, kd_gpu_texture from_handle, uint32_t from_layer,
-                         kd_gpu_texture to_handle, uint32_t to_layer, uint32_t level) {
+                         kd_gpu_texture to_handle, uint32_t to_layer, uint32_t level)
+{
     const gpu_texture *from = get_level(gpu, from_handle, level, "copy_texture");
     const gpu_texture *to = get_level(gpu, to_handle, level, "copy_texture");
     if (!from || !to)
@@ -278,7 +297,8 @@ void kd_gpu_copy_texture(kd_gpu *gpu, kd_gpu_texture from_handle, uint32_t from_
                              1);
 }
 
-void kd_gpu_read_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, void *out, size_t size) {
+void kd_gpu_read_texture(kd_gpu *gpu, kd_gpu_texture handle, uint32_t level, void *out, size_t size)
+{
     gpu_texture *texture = get_level(gpu, handle, level, "read_texture");
     if (!texture || size < gpu_level_bytes(texture, level)) {
         if (texture)

@@ -8,7 +8,8 @@
 enum { FRAMES_BETWEEN_CORRELATIONS = 64, CORRELATION_TRIES = 3 };
 
 /* Keep the try during which the CPU waited least: it bounds the error best. */
-static void correlate(kd_gpu *gpu) {
+static void correlate(kd_gpu *gpu)
+{
     uint64_t shortest = UINT64_MAX;
     for (int i = 0; i < CORRELATION_TRIES; i++) {
         GLint64 gpu_ns = 0;
@@ -22,7 +23,8 @@ static void correlate(kd_gpu *gpu) {
     }
 }
 
-void gpu_timers_init(kd_gpu *gpu) {
+void gpu_timers_init(kd_gpu *gpu)
+{
     for (uint32_t i = 0; i < GPU_TIMER_FRAMES; i++)
         gpu->timers.frames[i] = UINT64_MAX;
     if (!gpu->info.timestamp_bits)
@@ -32,7 +34,8 @@ void gpu_timers_init(kd_gpu *gpu) {
     correlate(gpu);
 }
 
-void kd_gpu_timestamp(kd_gpu *gpu, uint32_t slot) {
+void kd_gpu_timestamp(kd_gpu *gpu, uint32_t slot)
+{
     gpu_timers *timers = &gpu->timers;
     uint32_t set = (uint32_t)(gpu->frame % GPU_TIMER_FRAMES);
     assert(slot < KD_GPU_TIMER_SLOTS);
@@ -47,13 +50,15 @@ void kd_gpu_timestamp(kd_gpu *gpu, uint32_t slot) {
     timers->used[set][slot] = true;
 }
 
-void gpu_timers_end_frame(kd_gpu *gpu) {
+void gpu_timers_end_frame(kd_gpu *gpu)
+{
     if (gpu->info.timestamp_bits &&
         gpu->frame % FRAMES_BETWEEN_CORRELATIONS == FRAMES_BETWEEN_CORRELATIONS - 1)
         correlate(gpu);
 }
 
-static bool has_arrived(kd_gpu *gpu, uint32_t set) {
+static bool has_arrived(kd_gpu *gpu, uint32_t set)
+{
     for (uint32_t i = 0; i < KD_GPU_TIMER_SLOTS; i++) {
         GLint available = GL_FALSE;
         if (!gpu->timers.used[set][i])
@@ -65,7 +70,8 @@ static bool has_arrived(kd_gpu *gpu, uint32_t set) {
     return true;
 }
 
-static void read_set(kd_gpu *gpu, uint32_t set, uint64_t *ns, uint32_t slot_count) {
+static void read_set(kd_gpu *gpu, uint32_t set, uint64_t *ns, uint32_t slot_count)
+{
     for (uint32_t i = 0; i < slot_count; i++) {
         GLuint64 gpu_ns = 0;
         ns[i] = 0;
@@ -76,7 +82,8 @@ static void read_set(kd_gpu *gpu, uint32_t set, uint64_t *ns, uint32_t slot_coun
     }
 }
 
-bool kd_gpu_read_frame_timestamps(kd_gpu *gpu, uint64_t frame, uint64_t *ns, uint32_t slot_count) {
+bool kd_gpu_read_frame_timestamps(kd_gpu *gpu, uint64_t frame, uint64_t *ns, uint32_t slot_count)
+{
     uint32_t set = (uint32_t)(frame % GPU_TIMER_FRAMES);
     if (gpu->timers.frames[set] != frame || frame >= gpu->frame || !has_arrived(gpu, set))
         return false;
@@ -84,14 +91,16 @@ bool kd_gpu_read_frame_timestamps(kd_gpu *gpu, uint64_t frame, uint64_t *ns, uin
     return true;
 }
 
-uint64_t kd_gpu_read_timestamps(kd_gpu *gpu, uint64_t *ns, uint32_t slot_count) {
+uint64_t kd_gpu_read_timestamps(kd_gpu *gpu, uint64_t *ns, uint32_t slot_count)
+{
     for (uint64_t back = 1; back <= GPU_TIMER_FRAMES && back <= gpu->frame; back++)
         if (kd_gpu_read_frame_timestamps(gpu, gpu->frame - back, ns, slot_count))
             return gpu->frame - back;
     return UINT64_MAX;
 }
 
-void gpu_timers_fini(kd_gpu *gpu) {
+void gpu_timers_fini(kd_gpu *gpu)
+{
     for (uint32_t i = 0; gpu->info.timestamp_bits && i < GPU_TIMER_FRAMES; i++)
         gpu->gl.DeleteQueries(KD_GPU_TIMER_SLOTS, gpu->timers.queries[i]);
 }

@@ -11,7 +11,8 @@ static const GLbitfield map_flags = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | G
 static const size_t first_frame_bytes = 256 << 10;
 static const GLuint64 patience_ns = 10000000000u; /* a frame that takes longer has hung the GPU */
 
-static bool make_ring(kd_gpu *gpu, size_t frame_bytes) {
+static bool make_ring(kd_gpu *gpu, size_t frame_bytes)
+{
     gpu_uniforms *ring = &gpu->uniforms;
     GLsizeiptr size = (GLsizeiptr)(frame_bytes * GPU_FRAMES);
     GLuint gl = 0;
@@ -30,7 +31,8 @@ static bool make_ring(kd_gpu *gpu, size_t frame_bytes) {
     return true;
 }
 
-bool gpu_uniforms_init(kd_gpu *gpu) {
+bool gpu_uniforms_init(kd_gpu *gpu)
+{
     GLint alignment = gpu->info.uniform_alignment, max_block = 0;
     gpu->gl.GetIntegerv(GL_MAX_UNIFORM_BLOCK_SIZE, &max_block);
     gpu->uniforms.alignment = alignment > 16 ? (size_t)alignment : 16;
@@ -38,7 +40,8 @@ bool gpu_uniforms_init(kd_gpu *gpu) {
     return make_ring(gpu, first_frame_bytes);
 }
 
-static bool grow(kd_gpu *gpu, size_t size) {
+static bool grow(kd_gpu *gpu, size_t size)
+{
     gpu_uniforms *ring = &gpu->uniforms;
     gpu_retired old = {ring->gl, gpu->frame};
     size_t frame_bytes = ring->frame_bytes * 2;
@@ -50,7 +53,8 @@ static bool grow(kd_gpu *gpu, size_t size) {
     return true;
 }
 
-void kd_gpu_bind_uniform(kd_gpu *gpu, uint32_t binding, const void *data, size_t size) {
+void kd_gpu_bind_uniform(kd_gpu *gpu, uint32_t binding, const void *data, size_t size)
+{
     gpu_uniforms *ring = &gpu->uniforms;
     assert(data && size);
     if (size > ring->max_block) {
@@ -70,7 +74,8 @@ void kd_gpu_bind_uniform(kd_gpu *gpu, uint32_t binding, const void *data, size_t
 }
 
 /* Delete the rings that no frame in flight can still read. */
-static void delete_retired(kd_gpu *gpu) {
+static void delete_retired(kd_gpu *gpu)
+{
     gpu_uniforms *ring = &gpu->uniforms;
     uint32_t kept = 0;
     for (uint32_t i = 0; i < ring->retired_count; i++) {
@@ -82,7 +87,8 @@ static void delete_retired(kd_gpu *gpu) {
     ring->retired_count = kept;
 }
 
-void gpu_uniforms_end_frame(kd_gpu *gpu) {
+void gpu_uniforms_end_frame(kd_gpu *gpu)
+{
     gpu_uniforms *ring = &gpu->uniforms;
     ring->fences[ring->slot] = gpu->gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
     ring->slot = (ring->slot + 1) % GPU_FRAMES;
@@ -98,7 +104,8 @@ void gpu_uniforms_end_frame(kd_gpu *gpu) {
     ring->fences[ring->slot] = NULL;
 }
 
-void gpu_uniforms_fini(kd_gpu *gpu) {
+void gpu_uniforms_fini(kd_gpu *gpu)
+{
     gpu_uniforms *ring = &gpu->uniforms;
     for (uint32_t i = 0; i < GPU_FRAMES; i++)
         if (ring->fences[i])

@@ -12,19 +12,22 @@
 
 static const char access_key; /* its address keys the registry's table: description to (name to access) */
 
-const kd_field *script_find_field(const kd_component_desc *desc, const char *name) {
+const kd_field *script_find_field(const kd_component_desc *desc, const char *name)
+{
     for (uint32_t i = 0; i < desc->field_count; i++)
         if (strcmp(desc->fields[i].name, name) == 0)
             return &desc->fields[i];
     return NULL;
 }
 
-bool script_is_angle(const kd_field *field) {
+bool script_is_angle(const kd_field *field)
+{
     return field->type == KD_F32 && field->count <= 1 && field->unit && strcmp(field->unit, "rad") == 0;
 }
 
 /* "fov_y_deg" finds the field "fov_y" when that is an angle. */
-static const kd_field *find_degrees(const kd_component_desc *desc, const char *name) {
+static const kd_field *find_degrees(const kd_component_desc *desc, const char *name)
+{
     size_t length = strlen(name);
     if (length < 5 || strcmp(name + length - 4, "_deg") != 0)
         return NULL;
@@ -36,11 +39,13 @@ static const kd_field *find_degrees(const kd_component_desc *desc, const char *n
     return NULL;
 }
 
-static bool is_pose(const kd_component_desc *desc) {
+static bool is_pose(const kd_component_desc *desc)
+{
     return strcmp(desc->name, "transform") == 0;
 }
 
-static _Noreturn void unknown_field(lua_State *L, const kd_component_desc *desc, const char *name) {
+static _Noreturn void unknown_field(lua_State *L, const kd_component_desc *desc, const char *name)
+{
     kd_nearest near = kd_nearest_to(name);
     for (uint32_t i = 0; i < desc->field_count; i++) {
         kd_nearest_offer(&near, desc->fields[i].name);
@@ -55,7 +60,8 @@ static _Noreturn void unknown_field(lua_State *L, const kd_component_desc *desc,
 }
 
 /* Find the transform's rotation for a name that is none of its fields. */
-static bool resolve_pose(const char *name, script_access *access) {
+static bool resolve_pose(const char *name, script_access *access)
+{
     const kd_field *rotation = script_find_field(access->desc, "rotation");
     const kd_field *place = script_find_field(access->desc, "position");
     bool looks = strcmp(name, "look_at") == 0;
@@ -68,7 +74,8 @@ static bool resolve_pose(const char *name, script_access *access) {
 }
 
 /* One number of a vector, or one element of an array, as a field of its own. */
-static bool resolve_part(const char *name, script_access *access) {
+static bool resolve_part(const char *name, script_access *access)
+{
     kd_field_ref ref;
     if (!strpbrk(name, ".[") || !kd_desc_field_find(access->desc, name, &ref) || ref.elements != 1 ||
         ref.field->type == KD_QUAT || ref.field->type == KD_STRING)
@@ -84,7 +91,8 @@ static bool resolve_part(const char *name, script_access *access) {
     return true;
 }
 
-static void resolve(lua_State *L, const char *name, script_access *access) {
+static void resolve(lua_State *L, const char *name, script_access *access)
+{
     const kd_field *field = script_find_field(access->desc, name);
     const kd_field *degrees = field ? NULL : find_degrees(access->desc, name);
     const kd_script_host *host = &script_of(L)->host;
@@ -105,7 +113,8 @@ static void resolve(lua_State *L, const char *name, script_access *access) {
 }
 
 /* Push the table of the accesses of a component. */
-static void push_accesses(lua_State *L, const kd_component_desc *desc) {
+static void push_accesses(lua_State *L, const kd_component_desc *desc)
+{
     lua_rawgetp(L, LUA_REGISTRYINDEX, &access_key);
     if (lua_rawgetp(L, -1, desc) == LUA_TNIL) {
         lua_pop(L, 1);
@@ -116,7 +125,8 @@ static void push_accesses(lua_State *L, const kd_component_desc *desc) {
     lua_remove(L, -2);
 }
 
-const script_access *script_access_at(lua_State *L, const kd_component_desc *desc, int index) {
+const script_access *script_access_at(lua_State *L, const kd_component_desc *desc, int index)
+{
     int top = lua_gettop(L);
     const char *name = luaL_checkstring(L, index);
     luaL_checkstack(L, 6, "a field");
@@ -138,18 +148,21 @@ const script_access *script_access_at(lua_State *L, const kd_component_desc *des
     return access;
 }
 
-const script_access *script_access_named(lua_State *L, const kd_component_desc *desc, const char *name) {
+const script_access *script_access_named(lua_State *L, const kd_component_desc *desc, const char *name)
+{
     lua_pushstring(L, name);
     const script_access *access = script_access_at(L, desc, lua_gettop(L));
     lua_pop(L, 1);
     return access;
 }
 
-const char *script_access_name(lua_State *L, const script_access *access) {
+const char *script_access_name(lua_State *L, const script_access *access)
+{
     return lua_pushfstring(L, "%s.%s", access->desc->name, access->name);
 }
 
-void script_access_open(lua_State *L) {
+void script_access_open(lua_State *L)
+{
     lua_newtable(L);
     lua_rawsetp(L, LUA_REGISTRYINDEX, &access_key);
 }

@@ -16,7 +16,8 @@ typedef struct script_clip_watch {
     bool armed; /* the clip was playing at last_s one step ago */
 } script_clip_watch;
 
-void script_play(lua_State *L, kd_entity e, const kd_script_play *play) {
+void script_play(lua_State *L, kd_entity e, const kd_script_play *play)
+{
     kd_script *script = script_of(L);
     kd_script_error error = {""};
     if (!script->host.play)
@@ -25,7 +26,8 @@ void script_play(lua_State *L, kd_entity e, const kd_script_play *play) {
     script_host_end(L, began, script->host.play(script->host.user, e, play, &error), &error);
 }
 
-void script_clip_started(kd_script *script, kd_entity e) {
+void script_clip_started(kd_script *script, kd_entity e)
+{
     for (uint32_t i = 0; i < script->active_count; i++) {
         script_clip_watch *watch = (script_clip_watch *)script->active[i];
         if (watch->task.kind == SCRIPT_TASK_CLIP && kd_entity_equal(watch->entity, e))
@@ -33,11 +35,13 @@ void script_clip_started(kd_script *script, kd_entity e) {
     }
 }
 
-static uint32_t offset_of(lua_State *L, const kd_component_desc *desc, const char *field) {
+static uint32_t offset_of(lua_State *L, const kd_component_desc *desc, const char *field)
+{
     return script_access_named(L, desc, field)->field.offset;
 }
 
-int script_on_clip(lua_State *L) {
+int script_on_clip(lua_State *L)
+{
     kd_script *script = script_of(L);
     kd_script_error error = {""};
     uint32_t clip = 0;
@@ -71,13 +75,15 @@ int script_on_clip(lua_State *L) {
 }
 
 /* Tell whether the way from `from` to `to` leads past the event; a clip that loops jumps over its end. */
-static bool passes(float from, float to, float event, bool backwards) {
+static bool passes(float from, float to, float event, bool backwards)
+{
     if (backwards)
         return to <= from ? event < from && event >= to : event < from || event >= to;
     return to >= from ? event > from && event <= to : event > from || event <= to;
 }
 
-void script_clip_step(lua_State *L, script_task *task) {
+void script_clip_step(lua_State *L, script_task *task)
+{
     script_clip_watch *watch = (script_clip_watch *)task;
     const char *value = kd_find_id(script_of(L)->world, watch->entity, watch->component);
     uint32_t clip;

@@ -2,12 +2,14 @@
 
 #include <math.h>
 
-uint32_t script_curve_segments(const script_curve *curve) {
+uint32_t script_curve_segments(const script_curve *curve)
+{
     return curve->closed ? curve->point_count : curve->point_count - 1;
 }
 
 /* Point i of the path; beyond the ends of an open one the first and the last step are repeated. */
-static kd_vec3 control(const script_curve *c, int64_t i) {
+static kd_vec3 control(const script_curve *c, int64_t i)
+{
     int64_t n = c->point_count;
     if (c->closed)
         return c->points[((i % n) + n) % n];
@@ -18,18 +20,21 @@ static kd_vec3 control(const script_curve *c, int64_t i) {
     return c->points[i];
 }
 
-static float knot_distance(kd_vec3 a, kd_vec3 b) {
+static float knot_distance(kd_vec3 a, kd_vec3 b)
+{
     float d = sqrtf(kd_vec3_length(kd_vec3_sub(a, b)));
     return d > 1e-6f ? d : 1e-6f; /* points that coincide */
 }
 
-static kd_vec3 mix(kd_vec3 a, kd_vec3 b, float t) {
+static kd_vec3 mix(kd_vec3 a, kd_vec3 b, float t)
+{
     return kd_vec3_add(a, kd_vec3_scale(kd_vec3_sub(b, a), t));
 }
 
 /* The pyramid of Barry and Goldman over centripetal knots; u runs from 0 to 1 between the two middle points.
  */
-static kd_vec3 evaluate(const script_curve *c, uint32_t segment, float u) {
+static kd_vec3 evaluate(const script_curve *c, uint32_t segment, float u)
+{
     kd_vec3 p0 = control(c, (int64_t)segment - 1), p1 = control(c, segment);
     kd_vec3 p2 = control(c, (int64_t)segment + 1), p3 = control(c, (int64_t)segment + 2);
     float d0 = knot_distance(p0, p1), d1 = knot_distance(p1, p2), d2 = knot_distance(p2, p3), t = u * d1;
@@ -38,7 +43,8 @@ static kd_vec3 evaluate(const script_curve *c, uint32_t segment, float u) {
     return mix(b1, b2, t / d1);
 }
 
-void script_curve_measure(script_curve *curve) {
+void script_curve_measure(script_curve *curve)
+{
     uint32_t count = script_curve_segments(curve) * SCRIPT_CURVE_STEPS;
     double length = 0;
     kd_vec3 last = curve->points[0];
@@ -54,7 +60,8 @@ void script_curve_measure(script_curve *curve) {
 }
 
 /* Number of the piece in which a length lies. */
-static uint32_t find_piece(const script_curve *curve, float length_m) {
+static uint32_t find_piece(const script_curve *curve, float length_m)
+{
     uint32_t low = 0, high = script_curve_segments(curve) * SCRIPT_CURVE_STEPS - 1;
     while (low < high) {
         uint32_t middle = low + (high - low + 1) / 2;
@@ -66,7 +73,8 @@ static uint32_t find_piece(const script_curve *curve, float length_m) {
     return low;
 }
 
-kd_vec3 script_curve_at(const script_curve *curve, double share, kd_vec3 *direction) {
+kd_vec3 script_curve_at(const script_curve *curve, double share, kd_vec3 *direction)
+{
     share = curve->closed ? share - floor(share) : share < 0 ? 0 : share > 1 ? 1 : share;
     float length_m = (float)(share * (double)curve->length_m);
     uint32_t piece = find_piece(curve, length_m), segment = piece / SCRIPT_CURVE_STEPS;

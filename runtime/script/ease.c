@@ -15,7 +15,8 @@ const char *const script_ease_families[] = {"quad", "cubic",   "sine",   "expo",
 
 typedef enum family { QUAD, CUBIC, SINE, EXPO, BACK, ELASTIC, BOUNCE, FAMILY_COUNT } family;
 
-int script_ease_find(const char *name) {
+int script_ease_find(const char *name)
+{
     static const char *const directions[] = {"in", "out", "inout"};
     char word[32];
     if (strcmp(name, "linear") == 0)
@@ -37,7 +38,8 @@ int script_ease_find(const char *name) {
 
 /* Four parabolas, each jump lower. The numbers follow from jumps of 1, 1/2 and 1/4 of the length: 2.75 halves
  * of the first in all, and 1 / (4/11)^2 = 7.5625. */
-static double bounce_out(double s) {
+static double bounce_out(double s)
+{
     const double steep = 7.5625, unit = 2.75;
     if (s < 1 / unit)
         return steep * s * s;
@@ -49,7 +51,8 @@ static double bounce_out(double s) {
 }
 
 /* Every family as it starts slowly. */
-static double ease_in(family f, double s) {
+static double ease_in(family f, double s)
+{
     switch (f) {
     case QUAD: return s * s;
     case CUBIC: return s * s * s;
@@ -62,7 +65,8 @@ static double ease_in(family f, double s) {
     }
 }
 
-double script_ease(int curve, double share) {
+double script_ease(int curve, double share)
+{
     family f = (family)(curve / 4);
     if (!(share > 0))
         return 0;

@@ -30,7 +30,8 @@ typedef struct known_path {
 
 /* ---- handles ---- */
 
-void script_push_entity(lua_State *L, kd_entity e) {
+void script_push_entity(lua_State *L, kd_entity e)
+{
     if (e.generation == 0) {
         lua_pushnil(L);
         return;
@@ -51,7 +52,8 @@ void script_push_entity(lua_State *L, kd_entity e) {
 }
 
 /* Get the userdata at `index` when its metatable is the one given, else NULL. */
-static void *test_handle(lua_State *L, int index, const void *metatable) {
+static void *test_handle(lua_State *L, int index, const void *metatable)
+{
     if (lua_type(L, index) != LUA_TUSERDATA || !lua_getmetatable(L, index))
         return NULL;
     bool same = lua_topointer(L, -1) == metatable;
@@ -59,29 +61,34 @@ static void *test_handle(lua_State *L, int index, const void *metatable) {
     return same ? lua_touserdata(L, index) : NULL;
 }
 
-bool script_is_entity(lua_State *L, int index) {
+bool script_is_entity(lua_State *L, int index)
+{
     return test_handle(L, index, script_of(L)->entity_meta) != NULL;
 }
 
-kd_entity script_handle(lua_State *L, int index) {
+kd_entity script_handle(lua_State *L, int index)
+{
     kd_entity *e = test_handle(L, index, script_of(L)->entity_meta);
     return e ? *e : *(kd_entity *)luaL_checkudata(L, index, ENTITY_TYPE); /* which raises */
 }
 
-static _Noreturn void is_gone(lua_State *L) {
+static _Noreturn void is_gone(lua_State *L)
+{
     luaL_error(L, "this entity was destroyed; keep no handle to it, or ask e:alive() first");
     for (;;)
         ; /* luaL_error never returns, but is not declared so */
 }
 
-kd_entity script_check_entity(lua_State *L, int index) {
+kd_entity script_check_entity(lua_State *L, int index)
+{
     kd_entity e = script_handle(L, index);
     if (!kd_alive(script_of(L)->world, e))
         is_gone(L);
     return e;
 }
 
-bool script_handle_order(lua_State *L, int index, uint64_t *first, lua_Integer *second) {
+bool script_handle_order(lua_State *L, int index, uint64_t *first, lua_Integer *second)
+{
     const kd_script *script = script_of(L);
     const kd_entity *e = test_handle(L, index, script->entity_meta);
     const component_handle *c = e ? NULL : test_handle(L, index, script->component_meta);
@@ -96,7 +103,8 @@ bool script_handle_order(lua_State *L, int index, uint64_t *first, lua_Integer *
 
 /* ---- components ---- */
 
-static _Noreturn void no_component(lua_State *L, kd_entity e, const char *name) {
+static _Noreturn void no_component(lua_State *L, kd_entity e, const char *name)
+{
     kd_world *w = script_of(L)->world;
     kd_nearest near = kd_nearest_to(name);
     for (kd_component_id i = 1; i <= kd_component_count(w); i++)
@@ -112,7 +120,8 @@ static _Noreturn void no_component(lua_State *L, kd_entity e, const char *name) 
 }
 
 /* Id of the component that the string at `index` names; 0 when there is none. */
-static kd_component_id component_at(lua_State *L, int index) {
+static kd_component_id component_at(lua_State *L, int index)
+{
     lua_pushvalue(L, index);
     lua_rawgetp(L, LUA_REGISTRYINDEX, &ids_key);
     lua_insert(L, -2);
@@ -131,14 +140,16 @@ static kd_component_id component_at(lua_State *L, int index) {
     return id;
 }
 
-kd_component_id script_check_component(lua_State *L, kd_entity e, int index) {
+kd_component_id script_check_component(lua_State *L, kd_entity e, int index)
+{
     kd_component_id id = component_at(L, index);
     if (!id || !kd_find_id(script_of(L)->world, e, id))
         no_component(L, e, lua_tostring(L, index));
     return id;
 }
 
-void script_write(lua_State *L, kd_entity e, kd_component_id id, const script_access *access, int index) {
+void script_write(lua_State *L, kd_entity e, kd_component_id id, const script_access *access, int index)
+{
     kd_world *w = script_of(L)->world;
     char copy[4096];
     const kd_component_desc *desc = access->desc;
@@ -155,7 +166,8 @@ void script_write(lua_State *L, kd_entity e, kd_component_id id, const script_ac
     memcpy(kd_find_mut_id(w, e, id), copy, desc->size);
 }
 
-static int component_index(lua_State *L) {
+static int component_index(lua_State *L)
+{
     const component_handle *h = test_handle(L, 1, script_of(L)->component_meta);
     kd_world *w = script_of(L)->world;
     const void *value = h ? kd_find_id(w, h->entity, h->component) : NULL;
@@ -165,7 +177,8 @@ static int component_index(lua_State *L) {
     return 1;
 }
 
-static int component_newindex(lua_State *L) {
+static int component_newindex(lua_State *L)
+{
     const component_handle *h = test_handle(L, 1, script_of(L)->component_meta);
     kd_world *w = script_of(L)->world;
     if (!h || !kd_find_id(w, h->entity, h->component))
@@ -174,7 +187,8 @@ static int component_newindex(lua_State *L) {
     return 0;
 }
 
-void script_push_component(lua_State *L, kd_entity e, kd_component_id id) {
+void script_push_component(lua_State *L, kd_entity e, kd_component_id id)
+{
     component_handle *h = lua_newuserdatauv(L, sizeof *h, 0);
     *h = (component_handle){e, id};
     lua_rawgetp(L, LUA_REGISTRYINDEX, &component_key);
@@ -183,7 +197,8 @@ void script_push_component(lua_State *L, kd_entity e, kd_component_id id) {
 
 /* A component with fields of the runtime's own cannot be made by a scenario: only the entities that have it
  * know them. */
-static bool may_add(const kd_script_host *host, const kd_component_desc *desc) {
+static bool may_add(const kd_script_host *host, const kd_component_desc *desc)
+{
     if (desc->on_remove)
         return false;
     for (uint32_t i = 0; host->may_write && i < desc->field_count; i++)
@@ -192,7 +207,8 @@ static bool may_add(const kd_script_host *host, const kd_component_desc *desc) {
     return true;
 }
 
-void script_set_component(lua_State *L, kd_entity e, kd_component_id id, int index) {
+void script_set_component(lua_State *L, kd_entity e, kd_component_id id, int index)
+{
     int top = lua_gettop(L);
     kd_world *w = script_of(L)->world;
     const kd_component_desc *desc = kd_component_info(w, id);
@@ -217,7 +233,8 @@ void script_set_component(lua_State *L, kd_entity e, kd_component_id id, int ind
     lua_settop(L, top);
 }
 
-static void remove_component(lua_State *L, kd_entity e, kd_component_id id) {
+static void remove_component(lua_State *L, kd_entity e, kd_component_id id)
+{
     const kd_component_desc *desc = kd_component_info(script_of(L)->world, id);
     if (!may_add(&script_of(L)->host, desc) || strcmp(desc->name, "transform") == 0)
         luaL_error(L, "%s belongs to the entity; destroy the entity instead", desc->name);
@@ -226,7 +243,8 @@ static void remove_component(lua_State *L, kd_entity e, kd_component_id id) {
 
 /* ---- paths: component.field ---- */
 
-void script_path_at(lua_State *L, kd_entity e, int index, kd_component_id *id, const script_access **access) {
+void script_path_at(lua_State *L, kd_entity e, int index, kd_component_id *id, const script_access **access)
+{
     int top = lua_gettop(L);
     const char *path = luaL_checkstring(L, index);
     lua_pushvalue(L, index);
@@ -256,7 +274,8 @@ void script_path_at(lua_State *L, kd_entity e, int index, kd_component_id *id, c
 
 /* ---- metamethods ---- */
 
-static int entity_index(lua_State *L) {
+static int entity_index(lua_State *L)
+{
     lua_pushvalue(L, 2);
     if (lua_rawget(L, lua_upvalueindex(1)) != LUA_TNIL)
         return 1;
@@ -271,7 +290,8 @@ static int entity_index(lua_State *L) {
     return 1;
 }
 
-void script_set_parent(lua_State *L, kd_entity e, int index) {
+void script_set_parent(lua_State *L, kd_entity e, int index)
+{
     kd_entity parent = KD_NO_ENTITY;
     if (!lua_isnil(L, index)) {
         if (!script_is_entity(L, index))
@@ -285,7 +305,8 @@ void script_set_parent(lua_State *L, kd_entity e, int index) {
         luaL_error(L, "out of memory");
 }
 
-static int entity_newindex(lua_State *L) {
+static int entity_newindex(lua_State *L)
+{
     kd_entity e = script_check_entity(L, 1);
     const char *key = luaL_checkstring(L, 2);
     kd_component_id id = component_at(L, 2);
@@ -304,21 +325,24 @@ static int entity_newindex(lua_State *L) {
     return 0;
 }
 
-static int entity_equal(lua_State *L) {
+static int entity_equal(lua_State *L)
+{
     const void *meta = script_of(L)->entity_meta;
     const kd_entity *a = test_handle(L, 1, meta), *b = test_handle(L, 2, meta);
     lua_pushboolean(L, a && b && kd_entity_equal(*a, *b));
     return 1;
 }
 
-static int entity_text(lua_State *L) {
+static int entity_text(lua_State *L)
+{
     kd_entity e = script_handle(L, 1);
     lua_pushfstring(L, "entity %d '%s'", (int)e.index, kd_get_name(script_of(L)->world, e));
     return 1;
 }
 
 /* Keep the metatable at the top under a key; nothing in a scenario may see it. */
-static const void *keep_metatable(lua_State *L, const void *key) {
+static const void *keep_metatable(lua_State *L, const void *key)
+{
     const void *metatable = lua_topointer(L, -1);
     lua_pushliteral(L, "protected");
     lua_setfield(L, -2, "__metatable");
@@ -326,7 +350,8 @@ static const void *keep_metatable(lua_State *L, const void *key) {
     return metatable;
 }
 
-static void make_table(lua_State *L, const void *key, const char *mode) {
+static void make_table(lua_State *L, const void *key, const char *mode)
+{
     lua_newtable(L);
     if (mode) {
         lua_createtable(L, 0, 1);
@@ -337,7 +362,8 @@ static void make_table(lua_State *L, const void *key, const char *mode) {
     lua_rawsetp(L, LUA_REGISTRYINDEX, key);
 }
 
-void script_entity_open(lua_State *L) {
+void script_entity_open(lua_State *L)
+{
     static const luaL_Reg entity_meta[] = {
         {"__newindex", entity_newindex}, {"__eq", entity_equal}, {"__tostring", entity_text}, {NULL, NULL}};
     static const luaL_Reg component_meta[] = {

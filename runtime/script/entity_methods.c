@@ -7,7 +7,8 @@
 
 /* ---- values ---- */
 
-static int entity_set(lua_State *L) {
+static int entity_set(lua_State *L)
+{
     kd_component_id id;
     const script_access *access;
     kd_entity e = script_check_entity(L, 1);
@@ -18,7 +19,8 @@ static int entity_set(lua_State *L) {
     return 1; /* so that calls can be chained */
 }
 
-static int entity_get(lua_State *L) {
+static int entity_get(lua_State *L)
+{
     kd_component_id id;
     const script_access *access;
     kd_entity e = script_check_entity(L, 1);
@@ -27,7 +29,8 @@ static int entity_get(lua_State *L) {
     return 1;
 }
 
-static int entity_has(lua_State *L) {
+static int entity_has(lua_State *L)
+{
     kd_entity e = script_check_entity(L, 1);
     kd_world *w = script_of(L)->world;
     kd_component_id id = kd_component_find(w, luaL_checkstring(L, 2));
@@ -35,7 +38,8 @@ static int entity_has(lua_State *L) {
     return 1;
 }
 
-static int entity_components(lua_State *L) {
+static int entity_components(lua_State *L)
+{
     kd_entity e = script_check_entity(L, 1);
     kd_world *w = script_of(L)->world;
     lua_Integer count = 0;
@@ -49,7 +53,8 @@ static int entity_components(lua_State *L) {
     return 1;
 }
 
-static int entity_enable(lua_State *L) {
+static int entity_enable(lua_State *L)
+{
     kd_entity e = script_check_entity(L, 1);
     kd_component_id id = script_check_component(L, e, 2);
     const kd_component_desc *desc = kd_component_info(script_of(L)->world, id);
@@ -62,7 +67,8 @@ static int entity_enable(lua_State *L) {
 }
 
 /* e:look_at(point) or e:look_at(entity): both are taken to stand below the same parent. */
-static int entity_look_at(lua_State *L) {
+static int entity_look_at(lua_State *L)
+{
     kd_entity e = script_check_entity(L, 1);
     kd_component_id id;
     const script_access *access;
@@ -84,7 +90,8 @@ static int entity_look_at(lua_State *L) {
 
 /* ---- animation ---- */
 
-static int entity_play(lua_State *L) {
+static int entity_play(lua_State *L)
+{
     kd_entity e = script_check_entity(L, 1);
     kd_script *script = script_of(L);
     kd_script_play play = {.clip = luaL_optstring(L, 2, NULL), .loop = true, .speed = 1, .weight = 1};
@@ -100,12 +107,14 @@ static int entity_play(lua_State *L) {
 }
 
 /* e:stop(layer, seconds): fade a layer out. */
-static int entity_stop(lua_State *L) {
+static int entity_stop(lua_State *L)
+{
     kd_entity e = script_check_entity(L, 1);
     lua_Integer layer = luaL_checkinteger(L, 2);
     double blend_s = luaL_optnumber(L, 3, 0);
     if (layer < 1 || layer > 3)
-        return luaL_error(L, "layer %I does not exist; choose 1, 2 or 3, or pause by e.animation.paused = true",
+        return luaL_error(L,
+                          "layer %I does not exist; choose 1, 2 or 3, or pause by e.animation.paused = true",
                           (LUAI_UACINT)layer);
     script_check_range(L, "the time of e:stop", blend_s, 0, 3600);
     script_play(L, e, &(kd_script_play){.layer = (uint32_t)layer, .stop = true, .blend_s = (float)blend_s});
@@ -115,18 +124,21 @@ static int entity_stop(lua_State *L) {
 
 /* ---- life ---- */
 
-static int entity_destroy(lua_State *L) {
+static int entity_destroy(lua_State *L)
+{
     kd_destroy(script_of(L)->world, script_check_entity(L, 1));
     return 0;
 }
 
-static int entity_alive(lua_State *L) {
+static int entity_alive(lua_State *L)
+{
     lua_pushboolean(L, kd_alive(script_of(L)->world, script_handle(L, 1)));
     return 1;
 }
 
 /* e:clone{name = …, parent = …, transform = {…}, …}: a copy of it and of what hangs below it. */
-static int entity_clone(lua_State *L) {
+static int entity_clone(lua_State *L)
+{
     kd_script *script = script_of(L);
     kd_entity e = script_check_entity(L, 1), copy = KD_NO_ENTITY, parent = kd_get_parent(script->world, e);
     kd_script_error error = {""};
@@ -159,7 +171,8 @@ static int entity_clone(lua_State *L) {
 /* ---- hierarchy ---- */
 
 /* Find a descendant by name, parents before children, without recursion. */
-static kd_entity find_below(const kd_world *w, kd_entity root, const char *name) {
+static kd_entity find_below(const kd_world *w, kd_entity root, const char *name)
+{
     kd_entity e = kd_first_child(w, root);
     while (e.generation) {
         if (strcmp(kd_get_name(w, e), name) == 0)
@@ -175,7 +188,8 @@ static kd_entity find_below(const kd_world *w, kd_entity root, const char *name)
     return KD_NO_ENTITY;
 }
 
-static int entity_child(lua_State *L) {
+static int entity_child(lua_State *L)
+{
     kd_entity e = script_check_entity(L, 1);
     const char *name = luaL_checkstring(L, 2);
     kd_entity child = find_below(script_of(L)->world, e, name);
@@ -186,7 +200,8 @@ static int entity_child(lua_State *L) {
     return 1;
 }
 
-static int entity_children(lua_State *L) {
+static int entity_children(lua_State *L)
+{
     kd_world *w = script_of(L)->world;
     kd_entity e = script_check_entity(L, 1);
     lua_Integer count = 0;
@@ -210,7 +225,8 @@ const script_function script_entity_methods[] = {
     {"look_at", entity_look_at, "e:look_at(point or entity)",
      "turn it so that its -z points there; both below the same parent"},
     {"play", entity_play, "e:play(\"clip\", { loop, speed, blend, layer, weight, from })",
-     "play a clip of its model from the start; with layer = 1 to 3 lay it over the pose, below node `from` alone"},
+     "play a clip of its model from the start; with layer = 1 to 3 lay it over the pose, below node `from` "
+     "alone"},
     {"stop", entity_stop, "e:stop(layer, seconds)", "fade a layer out"},
     {"on_clip", script_on_clip, "e:on_clip(\"clip\", time, f)",
      "call f(e) whenever its animation passes that time of the clip; returns a task"},
@@ -223,7 +239,8 @@ const script_function script_entity_methods[] = {
     {NULL, NULL, NULL, NULL},
 };
 
-void script_push_functions(lua_State *L, const script_function *rows) {
+void script_push_functions(lua_State *L, const script_function *rows)
+{
     lua_newtable(L);
     for (; rows->name; rows++) {
         lua_pushcfunction(L, rows->call);

@@ -9,7 +9,8 @@
 #define RAD_PER_DEG     0.017453292519943295
 #define MAX_FIELD_BYTES 1024
 
-static uint32_t float_count(kd_field_type type) {
+static uint32_t float_count(kd_field_type type)
+{
     switch (type) {
     case KD_F32: return 1;
     case KD_VEC2: return 2;
@@ -22,13 +23,15 @@ static uint32_t float_count(kd_field_type type) {
     }
 }
 
-static uint32_t element_count(const kd_field *field) {
+static uint32_t element_count(const kd_field *field)
+{
     return field->count > 1 ? field->count : 1;
 }
 
 /* ---- to Lua ---- */
 
-static void push_floats(lua_State *L, const float *values, uint32_t count) {
+static void push_floats(lua_State *L, const float *values, uint32_t count)
+{
     lua_createtable(L, (int)count, 0);
     for (uint32_t i = 0; i < count; i++) {
         lua_pushnumber(L, (lua_Number)values[i]);
@@ -36,7 +39,8 @@ static void push_floats(lua_State *L, const float *values, uint32_t count) {
     }
 }
 
-static void push_enum(lua_State *L, const kd_field *field, uint32_t value) {
+static void push_enum(lua_State *L, const kd_field *field, uint32_t value)
+{
     for (uint32_t i = 0; field->enum_names && field->enum_names[i]; i++) {
         if (i == value) {
             lua_pushstring(L, field->enum_names[i]);
@@ -46,7 +50,8 @@ static void push_enum(lua_State *L, const kd_field *field, uint32_t value) {
     lua_pushinteger(L, (lua_Integer)value);
 }
 
-static void push_element(lua_State *L, const kd_field *field, const void *at) {
+static void push_element(lua_State *L, const kd_field *field, const void *at)
+{
     float floats[16];
     int32_t i32;
     uint32_t u32, count = float_count(field->type);
@@ -82,7 +87,8 @@ static void push_element(lua_State *L, const kd_field *field, const void *at) {
     }
 }
 
-void script_push_field(lua_State *L, const script_access *access, const void *component) {
+void script_push_field(lua_State *L, const script_access *access, const void *component)
+{
     const kd_field *field = &access->field;
     const char *at = (const char *)component + field->offset;
     if (access->kind == SCRIPT_LOOK_AT)
@@ -116,7 +122,8 @@ void script_push_field(lua_State *L, const script_access *access, const void *co
 
 /* Read as many numbers as the list must have; false, having raised nothing, when something is wrong with it.
  */
-static bool take_floats(lua_State *L, int index, const kd_field *field, float *out, uint32_t count) {
+static bool take_floats(lua_State *L, int index, const kd_field *field, float *out, uint32_t count)
+{
     if (!lua_istable(L, index) || lua_rawlen(L, index) != count)
         return false;
     for (uint32_t i = 0; i < count; i++) {
@@ -130,7 +137,8 @@ static bool take_floats(lua_State *L, int index, const kd_field *field, float *o
     return true;
 }
 
-static void read_floats(lua_State *L, int index, const script_access *access, float *out, uint32_t count) {
+static void read_floats(lua_State *L, int index, const script_access *access, float *out, uint32_t count)
+{
     const kd_field *field = &access->field;
     if (take_floats(L, index, field, out, count))
         return;
@@ -141,7 +149,8 @@ static void read_floats(lua_State *L, int index, const script_access *access, fl
     lua_pop(L, 1);
 }
 
-static double read_number(lua_State *L, int index, const script_access *access) {
+static double read_number(lua_State *L, int index, const script_access *access)
+{
     const kd_field *field = &access->field;
     double value = lua_type(L, index) == LUA_TNUMBER ? lua_tonumber(L, index) : NAN;
     if (isfinite((float)value) && (field->min == field->max || (value >= field->min && value <= field->max)))
@@ -153,7 +162,8 @@ static double read_number(lua_State *L, int index, const script_access *access) 
     return value;
 }
 
-static void read_integer(lua_State *L, int index, const script_access *access, void *at) {
+static void read_integer(lua_State *L, int index, const script_access *access, void *at)
+{
     double value = read_number(L, index, access);
     bool is_signed = access->field.type == KD_I32;
     if (value != floor(value) || value < (is_signed ? (double)INT32_MIN : 0.0) ||
@@ -164,7 +174,8 @@ static void read_integer(lua_State *L, int index, const script_access *access, v
     memcpy(at, is_signed ? (const void *)&i32 : (const void *)&u32, sizeof u32);
 }
 
-static void read_enum(lua_State *L, int index, const script_access *access, void *at) {
+static void read_enum(lua_State *L, int index, const script_access *access, void *at)
+{
     const kd_field *field = &access->field;
     luaL_Buffer words;
     if (lua_type(L, index) != LUA_TSTRING)
@@ -186,7 +197,8 @@ static void read_enum(lua_State *L, int index, const script_access *access, void
     luaL_error(L, "%s cannot be '%s'; choose one of: %s", script_access_name(L, access), word, choices);
 }
 
-static void read_quaternion(lua_State *L, int index, const script_access *access, float *q) {
+static void read_quaternion(lua_State *L, int index, const script_access *access, float *q)
+{
     read_floats(L, index, access, q, 4);
     float length = sqrtf(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(length > 1e-6f && isfinite(length)))
@@ -196,7 +208,8 @@ static void read_quaternion(lua_State *L, int index, const script_access *access
         q[i] /= length;
 }
 
-static void read_string(lua_State *L, int index, const script_access *access, char *at) {
+static void read_string(lua_State *L, int index, const script_access *access, char *at)
+{
     size_t size;
     const char *text = lua_type(L, index) == LUA_TSTRING ? lua_tolstring(L, index, &size) : NULL;
     if (!text)
@@ -209,12 +222,14 @@ static void read_string(lua_State *L, int index, const script_access *access, ch
         memcpy(at, text, size + 1);
 }
 
-static void read_entity(lua_State *L, int index, void *at) {
+static void read_entity(lua_State *L, int index, void *at)
+{
     kd_entity entity = lua_isnil(L, index) ? KD_NO_ENTITY : script_check_entity(L, index);
     memcpy(at, &entity, sizeof entity);
 }
 
-static void read_element(lua_State *L, int index, const script_access *access, void *at) {
+static void read_element(lua_State *L, int index, const script_access *access, void *at)
+{
     float floats[16] = {0};
     uint32_t count = float_count(access->field.type);
     switch (access->field.type) {
@@ -236,7 +251,8 @@ static void read_element(lua_State *L, int index, const script_access *access, v
     memcpy(at, floats, count * sizeof *floats);
 }
 
-static void read_array(lua_State *L, int index, const script_access *access, char *at) {
+static void read_array(lua_State *L, int index, const script_access *access, char *at)
+{
     const kd_field *field = &access->field;
     if (!lua_istable(L, index) || lua_rawlen(L, index) > field->count)
         luaL_error(L, "%s must be a list of at most %d entries; correct it", script_access_name(L, access),
@@ -250,7 +266,8 @@ static void read_array(lua_State *L, int index, const script_access *access, cha
 }
 
 /* What a transform understands beside its fields. */
-static void read_pose(lua_State *L, int index, const script_access *access, const char *component, char *at) {
+static void read_pose(lua_State *L, int index, const script_access *access, const char *component, char *at)
+{
     kd_vec3 v = {0}, position;
     script_access unbounded = *access;
     unbounded.field.min = unbounded.field.max = 0;
@@ -261,7 +278,8 @@ static void read_pose(lua_State *L, int index, const script_access *access, cons
     memcpy(at, &q, sizeof q);
 }
 
-void script_read_field(lua_State *L, int index, const script_access *access, void *component) {
+void script_read_field(lua_State *L, int index, const script_access *access, void *component)
+{
     const kd_field *field = &access->field;
     char value[MAX_FIELD_BYTES]; /* read aside, so that a value that is refused leaves nothing half written */
     char *to = (char *)component + field->offset;
@@ -287,7 +305,8 @@ void script_read_field(lua_State *L, int index, const script_access *access, voi
 }
 
 /* look_at needs the position, whatever order the table has: it is read in a second turn. */
-void script_read_component(lua_State *L, int index, const kd_component_desc *desc, void *value) {
+void script_read_component(lua_State *L, int index, const kd_component_desc *desc, void *value)
+{
     index = lua_absindex(L, index);
     if (!lua_istable(L, index))
         luaL_error(L, "%s must be a table of its fields, not a %s; write %s = { … }", desc->name,

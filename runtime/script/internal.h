@@ -86,7 +86,8 @@ typedef struct script_function {
 /* Userdata that scenarios may hold, but for handles of entities and components, begin with a uint64_t: the
  * number by which pairs orders them. */
 
-static inline kd_script *script_of(lua_State *L) {
+static inline kd_script *script_of(lua_State *L)
+{
     return *(kd_script **)lua_getextraspace(L);
 }
 
@@ -97,14 +98,14 @@ void script_sandbox_string(lua_State *L); /* replaces what could run for ever in
 void script_budget_start(kd_script *script);
 void script_charge(lua_State *L, int64_t instructions); /* raises when the budget is used up */
 
-uint64_t script_creation_number(const void *block);     /* of what the sandbox's allocator gave */
+uint64_t script_creation_number(const void *block); /* of what the sandbox's allocator gave */
 
 /* ---- order.c: pairs and next, in the same order in every run ---- */
 void script_order_open(lua_State *L);
 
 /* ---- text.c: values as text, the same in every run ---- */
-void script_text_open(lua_State *L);                       /* tostring, string.format */
-const char *script_push_text(lua_State *L, int index);     /* as luaL_tolstring */
+void script_text_open(lua_State *L);                   /* tostring, string.format */
+const char *script_push_text(lua_State *L, int index); /* as luaL_tolstring */
 
 /* ---- path.c ---- */
 /** Find the file that a scenario names; raises unless it lies in a root. Returns `out`. */
@@ -217,7 +218,8 @@ int script_get_singleton(lua_State *L);
 /* ---- module.c ---- */
 void script_module_open(lua_State *L);
 bool script_add_chunk(kd_script *script, const char *shown, const char *path);
-/** Find the file in which a message of Lua, "NAME:LINE: …", says it arose. Returns NULL when it names none. */
+/** Find the file in which a message of Lua, "NAME:LINE: …", says it arose. Returns NULL when it names none.
+ */
 const script_chunk *script_chunk_of(const kd_script *script, const char *message);
 int script_param_get(lua_State *L);
 kd_status script_check_params(const kd_script *script); /* fails for one that nobody asked for */

@@ -12,7 +12,8 @@
 
 /* ---- kandil.scene ---- */
 
-static void set_setting(lua_State *L, const char *key, int value) {
+static void set_setting(lua_State *L, const char *key, int value)
+{
     kd_script *script = script_of(L);
     kd_script_error error = {""};
     if (lua_isboolean(L, value))
@@ -29,7 +30,8 @@ static void set_setting(lua_State *L, const char *key, int value) {
 }
 
 /* Set what the table at `table` says: { ["voxels.span"] = 0.05 } or { voxels = { span = 0.05 } }. */
-static void read_settings(lua_State *L, int table, const char *group) {
+static void read_settings(lua_State *L, int table, const char *group)
+{
     luaL_checkstack(L, 8, "settings");
     for (lua_pushnil(L); lua_next(L, table);) {
         int top = lua_gettop(L);
@@ -46,7 +48,8 @@ static void read_settings(lua_State *L, int table, const char *group) {
     }
 }
 
-static void read_size(lua_State *L, kd_script_scene *scene) {
+static void read_size(lua_State *L, kd_script_scene *scene)
+{
     float size[2];
     if (!script_get_floats(L, 1, "kandil.scene", "size", size, 2))
         return;
@@ -58,7 +61,8 @@ static void read_size(lua_State *L, kd_script_scene *scene) {
     scene->height = (uint32_t)size[1];
 }
 
-static int kandil_scene(lua_State *L) {
+static int kandil_scene(lua_State *L)
+{
     static const char *const keys[] = {"size",     "fps",         "seconds", "gi", "view",
                                        "settings", "exposure_ev", "ambient", NULL};
     static const char *const shortcuts[][2] = {{"exposure_ev", "view.exposure_ev"},
@@ -91,7 +95,8 @@ static int kandil_scene(lua_State *L) {
 
 /* ---- the rest ---- */
 
-static int kandil_log(lua_State *L) {
+static int kandil_log(lua_State *L)
+{
     luaL_checkany(L, 1);
     lua_getglobal(L, "print");
     lua_insert(L, 1);
@@ -99,13 +104,15 @@ static int kandil_log(lua_State *L) {
     return 0;
 }
 
-static int kandil_spawn(lua_State *L) {
+static int kandil_spawn(lua_State *L)
+{
     script_charge(L, 500); /* it costs far more than an instruction: 100000 in one call are enough */
     return script_spawn(L);
 }
 
 /* kandil.set("voxels.span", 0.05): a setting, from the next step on. */
-static int kandil_set(lua_State *L) {
+static int kandil_set(lua_State *L)
+{
     const char *key = luaL_checkstring(L, 1);
     luaL_checkany(L, 2);
     lua_settop(L, 2);
@@ -113,7 +120,8 @@ static int kandil_set(lua_State *L) {
     return 0;
 }
 
-static int kandil_time(lua_State *L) {
+static int kandil_time(lua_State *L)
+{
     double time_s = script_of(L)->step_s;
     lua_pushnumber(L, time_s < 0 ? 0 : time_s);
     return 1;
@@ -153,7 +161,8 @@ const script_function script_functions[] = {
     {NULL, NULL, NULL, NULL},
 };
 
-static _Noreturn void unknown_member(lua_State *L, const char *key) {
+static _Noreturn void unknown_member(lua_State *L, const char *key)
+{
     kd_nearest near = kd_nearest_to(key);
     for (const script_function *f = script_functions; f->name; f++)
         kd_nearest_offer(&near, f->name);
@@ -165,7 +174,8 @@ static _Noreturn void unknown_member(lua_State *L, const char *key) {
         ; /* luaL_error never returns, but is not declared so */
 }
 
-static int kandil_index(lua_State *L) {
+static int kandil_index(lua_State *L)
+{
     const char *key = luaL_checkstring(L, 2);
     if (strcmp(key, "update") == 0) {
         lua_rawgeti(L, LUA_REGISTRYINDEX, script_of(L)->update);
@@ -174,7 +184,8 @@ static int kandil_index(lua_State *L) {
     unknown_member(L, key);
 }
 
-static int kandil_newindex(lua_State *L) {
+static int kandil_newindex(lua_State *L)
+{
     kd_script *script = script_of(L);
     const char *key = luaL_checkstring(L, 2);
     if (strcmp(key, "update") != 0)
@@ -191,7 +202,8 @@ static int kandil_newindex(lua_State *L) {
     return 0;
 }
 
-void script_kandil_open(lua_State *L) {
+void script_kandil_open(lua_State *L)
+{
     script_push_functions(L, script_functions);
     lua_newtable(L);
     lua_pushcfunction(L, kandil_index);

@@ -13,7 +13,8 @@ static const char loaded_key; /* its address keys the registry's table: path to 
 
 /* ---- require ---- */
 
-bool script_add_chunk(kd_script *script, const char *shown, const char *path) {
+bool script_add_chunk(kd_script *script, const char *shown, const char *path)
+{
     if (script->chunk_count == MAX_MODULES)
         return false;
     script_chunk *grown = realloc(script->chunks, (script->chunk_count + 1) * sizeof *grown);
@@ -28,7 +29,8 @@ bool script_add_chunk(kd_script *script, const char *shown, const char *path) {
     return chunk->path != NULL;
 }
 
-const script_chunk *script_chunk_of(const kd_script *script, const char *message) {
+const script_chunk *script_chunk_of(const kd_script *script, const char *message)
+{
     for (uint32_t i = 0; i < script->chunk_count; i++) {
         size_t length = strlen(script->chunks[i].name);
         if (strncmp(message, script->chunks[i].name, length) == 0 && message[length] == ':')
@@ -38,7 +40,8 @@ const script_chunk *script_chunk_of(const kd_script *script, const char *message
 }
 
 /* "parts.walls" stands for parts/walls.lua; a name with a slash or .lua stands for itself. */
-static void file_name(lua_State *L, const char *name, char out[KD_PATH_MAX]) {
+static void file_name(lua_State *L, const char *name, char out[KD_PATH_MAX])
+{
     size_t length = strlen(name);
     bool is_path = strchr(name, '/') || kd_path_has_extension(name, ".lua");
     if (length > 512)
@@ -54,7 +57,8 @@ static void file_name(lua_State *L, const char *name, char out[KD_PATH_MAX]) {
 }
 
 /* Push the module's function. */
-static void load_module(lua_State *L, const char *shown, const char *path) {
+static void load_module(lua_State *L, const char *shown, const char *path)
+{
     kd_script *script = script_of(L);
     void *data;
     size_t size;
@@ -74,7 +78,8 @@ static void load_module(lua_State *L, const char *shown, const char *path) {
         lua_error(L);
 }
 
-static int require(lua_State *L) {
+static int require(lua_State *L)
+{
     char name[KD_PATH_MAX], path[KD_PATH_MAX];
     lua_settop(L, 1);
     file_name(L, luaL_checkstring(L, 1), name);
@@ -100,7 +105,8 @@ static int require(lua_State *L) {
     return 1;
 }
 
-void script_module_open(lua_State *L) {
+void script_module_open(lua_State *L)
+{
     lua_newtable(L);
     lua_rawsetp(L, LUA_REGISTRYINDEX, &loaded_key);
     lua_register(L, "require", require);
@@ -109,7 +115,8 @@ void script_module_open(lua_State *L) {
 /* ---- parameters ---- */
 
 /* Find NAME=value of the command line; marks it as asked for. */
-static const char *find_param(kd_script *script, const char *name) {
+static const char *find_param(kd_script *script, const char *name)
+{
     const char *found = NULL;
     size_t length = strlen(name);
     for (uint32_t i = 0; i < script->param_count; i++) {
@@ -122,7 +129,8 @@ static const char *find_param(kd_script *script, const char *name) {
     return found;
 }
 
-static void push_param(lua_State *L, const char *name, const char *text) {
+static void push_param(lua_State *L, const char *name, const char *text)
+{
     switch (lua_type(L, 2)) {
     case LUA_TNUMBER:
         if (!lua_stringtonumber(L, text))
@@ -146,7 +154,8 @@ static void push_param(lua_State *L, const char *name, const char *text) {
 }
 
 /* kandil.param("name", default): what `--set param.name=value` says, read as the default's kind. */
-int script_param_get(lua_State *L) {
+int script_param_get(lua_State *L)
+{
     kd_script *script = script_of(L);
     const char *name = luaL_checkstring(L, 1);
     lua_settop(L, 2);
@@ -164,7 +173,8 @@ int script_param_get(lua_State *L) {
     return 1;
 }
 
-kd_status script_check_params(const kd_script *script) {
+kd_status script_check_params(const kd_script *script)
+{
     for (uint32_t i = 0; i < script->param_count; i++) {
         char name[64];
         if (script->params[i].asked)

@@ -41,7 +41,8 @@ typedef struct sort_key {
 
 /* Describe the key at `index`; text points into the key. Light C functions lie in one program image or
  * library each, whose inner order is fixed: their address serves. */
-static sort_key describe(lua_State *L, int index) {
+static sort_key describe(lua_State *L, int index)
+{
     sort_key key = {.rank = RANK_OBJECT};
     switch (lua_type(L, index)) {
     case LUA_TNUMBER:
@@ -83,14 +84,16 @@ static sort_key describe(lua_State *L, int index) {
     return key;
 }
 
-static int compare_text(const sort_key *a, const sort_key *b) {
+static int compare_text(const sort_key *a, const sort_key *b)
+{
     size_t n = a->second.length, m = b->second.length;
     int order = memcmp(a->first.text, b->first.text, n < m ? n : m);
     return order ? order : (n > m) - (n < m);
 }
 
 /* Whole numbers may round to one double: then they decide themselves, before a float of that value. */
-static int compare_numbers(const sort_key *a, const sort_key *b) {
+static int compare_numbers(const sort_key *a, const sort_key *b)
+{
     if (a->first.number != b->first.number)
         return a->first.number < b->first.number ? -1 : 1;
     if (a->is_float != b->is_float)
@@ -98,7 +101,8 @@ static int compare_numbers(const sort_key *a, const sort_key *b) {
     return (a->second.integer > b->second.integer) - (a->second.integer < b->second.integer);
 }
 
-static int compare_keys(const void *left, const void *right) {
+static int compare_keys(const void *left, const void *right)
+{
     const sort_key *a = left, *b = right;
     if (a->rank != b->rank)
         return a->rank < b->rank ? -1 : 1;
@@ -114,7 +118,8 @@ static int compare_keys(const void *left, const void *right) {
 /* ---- sorted keys ---- */
 
 /* Push a list of the table's keys in Lua's order. */
-static uint32_t push_raw_keys(lua_State *L, int table) {
+static uint32_t push_raw_keys(lua_State *L, int table)
+{
     uint32_t count = 0;
     lua_newtable(L);
     int list = lua_gettop(L);
@@ -125,7 +130,8 @@ static uint32_t push_raw_keys(lua_State *L, int table) {
     return count;
 }
 
-static int log2_of(uint32_t n) {
+static int log2_of(uint32_t n)
+{
     int bits = 0;
     for (; n > 1; n >>= 1)
         bits++;
@@ -133,7 +139,8 @@ static int log2_of(uint32_t n) {
 }
 
 /* Push a list of the table's keys in our order. */
-static void push_sorted_keys(lua_State *L, int table) {
+static void push_sorted_keys(lua_State *L, int table)
+{
     luaL_checkstack(L, 8, "the keys of a table");
     uint32_t count = push_raw_keys(L, table);
     int raw = lua_gettop(L);
@@ -158,7 +165,8 @@ static void push_sorted_keys(lua_State *L, int table) {
 /* ---- pairs ---- */
 
 /* Tell whether the keys are 1 to n alone, the most common case, which needs no list. */
-static bool is_sequence(lua_State *L, int table, lua_Unsigned n) {
+static bool is_sequence(lua_State *L, int table, lua_Unsigned n)
+{
     lua_Unsigned count = 0;
     for (lua_pushnil(L); lua_next(L, table); lua_pop(L, 1)) {
         if (++count > n || !lua_isinteger(L, -2) || (lua_Unsigned)lua_tointeger(L, -2) - 1 >= n) {
@@ -171,7 +179,8 @@ static bool is_sequence(lua_State *L, int table, lua_Unsigned n) {
 }
 
 /* Upvalue: the length when the traversal began. */
-static int next_of_sequence(lua_State *L) {
+static int next_of_sequence(lua_State *L)
+{
     lua_Integer n = lua_tointeger(L, lua_upvalueindex(1)), i = lua_tointeger(L, 2);
     luaL_checktype(L, 1, LUA_TTABLE);
     while (i < n) {
@@ -185,7 +194,8 @@ static int next_of_sequence(lua_State *L) {
 }
 
 /* Upvalues: the table, its sorted keys, the number of the last one given out. */
-static int next_sorted(lua_State *L) {
+static int next_sorted(lua_State *L)
+{
     lua_Integer i = lua_tointeger(L, lua_upvalueindex(3));
     for (;;) {
         lua_settop(L, 0);
@@ -200,7 +210,8 @@ static int next_sorted(lua_State *L) {
     return 2;
 }
 
-static int ordered_pairs(lua_State *L) {
+static int ordered_pairs(lua_State *L)
+{
     luaL_checkany(L, 1);
     if (luaL_getmetafield(L, 1, "__pairs") != LUA_TNIL) {
         lua_pushvalue(L, 1);
@@ -227,7 +238,8 @@ static int ordered_pairs(lua_State *L) {
 /* ---- next ---- */
 
 /* Push the smallest key; false when the table is empty. */
-static bool push_first_key(lua_State *L, int table) {
+static bool push_first_key(lua_State *L, int table)
+{
     sort_key best = {0};
     int64_t count = 0;
     lua_pushnil(L); /* the best so far */
@@ -245,7 +257,8 @@ static bool push_first_key(lua_State *L, int table) {
 }
 
 /* Push the list of keys by which the table at 1 is being walked, making it when there is none. */
-static void push_walk(lua_State *L) {
+static void push_walk(lua_State *L)
+{
     lua_rawgetp(L, LUA_REGISTRYINDEX, &walks_key);
     lua_pushvalue(L, 1);
     if (lua_rawget(L, -2) == LUA_TNIL) {
@@ -258,7 +271,8 @@ static void push_walk(lua_State *L) {
     lua_remove(L, -2);
 }
 
-static void forget_walk(lua_State *L) {
+static void forget_walk(lua_State *L)
+{
     lua_rawgetp(L, LUA_REGISTRYINDEX, &walks_key);
     lua_pushvalue(L, 1);
     lua_pushnil(L);
@@ -267,7 +281,8 @@ static void forget_walk(lua_State *L) {
 }
 
 /* Number of the first key in the list at `list` that comes after the key at 2. */
-static lua_Integer after(lua_State *L, int list) {
+static lua_Integer after(lua_State *L, int list)
+{
     sort_key key = describe(L, 2);
     lua_Integer low = 1, high = (lua_Integer)lua_rawlen(L, list) + 1;
     while (low < high) {
@@ -284,7 +299,8 @@ static lua_Integer after(lua_State *L, int list) {
 }
 
 /* The key that comes after another, whether that one is still there or not. */
-static int ordered_next(lua_State *L) {
+static int ordered_next(lua_State *L)
+{
     luaL_checktype(L, 1, LUA_TTABLE);
     lua_settop(L, 2);
     if (lua_isnil(L, 2)) {
@@ -309,7 +325,8 @@ static int ordered_next(lua_State *L) {
     return 1;
 }
 
-void script_order_open(lua_State *L) {
+void script_order_open(lua_State *L)
+{
     lua_newtable(L);
     lua_createtable(L, 0, 1);
     lua_pushliteral(L, "k"); /* the keys of a table do not keep it alive */

@@ -3,14 +3,16 @@
 
 #include <string.h>
 
-static bool lies_in_roots(const kd_script *script, const char *path) {
+static bool lies_in_roots(const kd_script *script, const char *path)
+{
     for (uint32_t i = 0; i < script->root_count; i++)
         if (kd_path_is_below(script->roots[i], path))
             return true;
     return false;
 }
 
-const char *script_resolve(lua_State *L, const char *name, char out[KD_PATH_MAX]) {
+const char *script_resolve(lua_State *L, const char *name, char out[KD_PATH_MAX])
+{
     const kd_script *script = script_of(L);
     bool outside = false;
     for (uint32_t i = 0; i < script->root_count; i++) {

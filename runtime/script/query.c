@@ -17,7 +17,8 @@ typedef struct walk {
     kd_entity entities[];
 } walk;
 
-static _Noreturn void unknown_component(lua_State *L, const char *name) {
+static _Noreturn void unknown_component(lua_State *L, const char *name)
+{
     const kd_world *w = script_of(L)->world;
     kd_nearest near = kd_nearest_to(name);
     for (kd_component_id id = 1; id <= kd_component_count(w); id++)
@@ -30,7 +31,8 @@ static _Noreturn void unknown_component(lua_State *L, const char *name) {
 }
 
 /* Read the terms from the arguments. */
-static void read_terms(lua_State *L, kd_query_desc *desc, walk *head) {
+static void read_terms(lua_State *L, kd_query_desc *desc, walk *head)
+{
     kd_world *w = script_of(L)->world;
     int count = lua_gettop(L);
     if (count < 1 || count > KD_MAX_TERMS)
@@ -54,7 +56,8 @@ static void read_terms(lua_State *L, kd_query_desc *desc, walk *head) {
 }
 
 /* Make the query, or find it among those made before: they live as long as the scenario. */
-static kd_query *ensure_query(lua_State *L, const kd_query_desc *desc) {
+static kd_query *ensure_query(lua_State *L, const kd_query_desc *desc)
+{
     kd_script *script = script_of(L);
     kd_query *query = kd_query_make(script->world, desc);
     if (!query)
@@ -77,7 +80,8 @@ static kd_query *ensure_query(lua_State *L, const kd_query_desc *desc) {
 }
 
 /* Upvalue: the walk. */
-static int next_match(lua_State *L) {
+static int next_match(lua_State *L)
+{
     walk *list = lua_touserdata(L, lua_upvalueindex(1));
     kd_world *w = script_of(L)->world;
     while (list->next < list->count) {
@@ -101,7 +105,8 @@ static int next_match(lua_State *L) {
     return 1;
 }
 
-int script_query(lua_State *L) {
+int script_query(lua_State *L)
+{
     kd_query_desc desc = {.name = "scenario"};
     walk head = {0};
     read_terms(L, &desc, &head);
@@ -118,13 +123,15 @@ int script_query(lua_State *L) {
     return 1;
 }
 
-int script_find(lua_State *L) {
+int script_find(lua_State *L)
+{
     script_push_entity(L, kd_find_named(script_of(L)->world, luaL_checkstring(L, 1)));
     return 1;
 }
 
 /* kandil.get("frame.time_s"): a field of what there is one of in the world. */
-int script_get_singleton(lua_State *L) {
+int script_get_singleton(lua_State *L)
+{
     kd_world *w = script_of(L)->world;
     const char *path = luaL_checkstring(L, 1), *dot = strchr(path, '.');
     if (!dot || dot == path || !dot[1])

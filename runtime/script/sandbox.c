@@ -25,14 +25,16 @@ typedef struct block_head {
     uint64_t number;
 } block_head;
 
-static void release(script_budget *budget, void *block, size_t size) {
+static void release(script_budget *budget, void *block, size_t size)
+{
     if (!block)
         return;
     free((block_head *)block - 1);
     budget->memory_used -= size + sizeof(block_head);
 }
 
-static void *allocate(void *user, void *block, size_t old_size, size_t new_size) {
+static void *allocate(void *user, void *block, size_t old_size, size_t new_size)
+{
     script_budget *budget = user;
     if (new_size == 0) {
         release(budget, block, old_size);
@@ -57,13 +59,15 @@ static void *allocate(void *user, void *block, size_t old_size, size_t new_size)
     return grown + 1;
 }
 
-uint64_t script_creation_number(const void *block) {
+uint64_t script_creation_number(const void *block)
+{
     return ((const block_head *)block - 1)->number;
 }
 
 /* Raise at what runs on stack level `level`: in a hook the interrupted function is level 0, in a call its
  * caller is 1. */
-static void raise_exhausted(lua_State *L, int level) {
+static void raise_exhausted(lua_State *L, int level)
+{
     luaL_where(L, level);
     lua_pushliteral(
         L, "ran for too long in one call; return from it sooner, or spread the work over several steps");
@@ -71,7 +75,8 @@ static void raise_exhausted(lua_State *L, int level) {
     lua_error(L);
 }
 
-static void count_hook(lua_State *L, lua_Debug *activation) {
+static void count_hook(lua_State *L, lua_Debug *activation)
+{
     (void)activation;
     script_budget *budget = &script_of(L)->budget;
     budget->instructions_left -= HOOK_PERIOD;
@@ -82,7 +87,8 @@ static void count_hook(lua_State *L, lua_Debug *activation) {
     raise_exhausted(L, 0);
 }
 
-void script_charge(lua_State *L, int64_t instructions) {
+void script_charge(lua_State *L, int64_t instructions)
+{
     script_budget *budget = &script_of(L)->budget;
     budget->instructions_left -= instructions;
     if (budget->instructions_left <= 0 || budget->exhausted) {
@@ -91,7 +97,8 @@ void script_charge(lua_State *L, int64_t instructions) {
     }
 }
 
-void script_budget_start(kd_script *script) {
+void script_budget_start(kd_script *script)
+{
     script_budget *budget = &script->budget;
     budget->instructions_left = (int64_t)script->instruction_limit;
     budget->deadline_ns = kd_clock_ns() + script->time_limit_ns;
@@ -102,7 +109,8 @@ void script_budget_start(kd_script *script) {
 
 /* ---- base library ---- */
 
-static int safe_load(lua_State *L) {
+static int safe_load(lua_State *L)
+{
     size_t size;
     const char *text = luaL_checklstring(L, 1, &size); /* a function could feed the parser for ever */
     const char *name = luaL_optstring(L, 2, text);
@@ -120,7 +128,8 @@ static int safe_load(lua_State *L) {
     return 1;
 }
 
-static int safe_setmetatable(lua_State *L) {
+static int safe_setmetatable(lua_State *L)
+{
     luaL_checktype(L, 1, LUA_TTABLE);
     luaL_argexpected(L, lua_isnil(L, 2) || lua_istable(L, 2), 2, "nil or table");
     if (luaL_getmetafield(L, 1, "__metatable") != LUA_TNIL)
@@ -138,7 +147,8 @@ static int safe_setmetatable(lua_State *L) {
     return 1;
 }
 
-static int finish_xpcall(lua_State *L, int status, lua_KContext unused) {
+static int finish_xpcall(lua_State *L, int status, lua_KContext unused)
+{
     (void)unused;
     if (status == LUA_OK || status == LUA_YIELD)
         return lua_gettop(L) - 2;
@@ -152,7 +162,8 @@ static int finish_xpcall(lua_State *L, int status, lua_KContext unused) {
 
 /* The handler runs once the stack is unwound: there is no traceback to be taken here that would need it
  * sooner. */
-static int safe_xpcall(lua_State *L) {
+static int safe_xpcall(lua_State *L)
+{
     int count = lua_gettop(L);
     luaL_checktype(L, 2, LUA_TFUNCTION);
     lua_pushboolean(L, 1);
@@ -162,7 +173,8 @@ static int safe_xpcall(lua_State *L) {
 }
 
 /* Upvalue: a coroutine. Resumes it and raises what it raised; it is left as it is, not closed. */
-static int call_wrapped(lua_State *L) {
+static int call_wrapped(lua_State *L)
+{
     lua_State *coroutine = lua_tothread(L, lua_upvalueindex(1));
     int count = lua_gettop(L), results;
     if (lua_status(coroutine) == LUA_OK && lua_gettop(coroutine) == 0)
@@ -180,7 +192,8 @@ static int call_wrapped(lua_State *L) {
     return results;
 }
 
-static int safe_wrap(lua_State *L) {
+static int safe_wrap(lua_State *L)
+{
     luaL_checktype(L, 1, LUA_TFUNCTION);
     lua_State *coroutine = lua_newthread(L);
     lua_pushvalue(L, 1);
@@ -189,7 +202,8 @@ static int safe_wrap(lua_State *L) {
     return 1;
 }
 
-static int print_line(lua_State *L) {
+static int print_line(lua_State *L)
+{
     int count = lua_gettop(L);
     luaL_Buffer line;
     luaL_buffinit(L, &line);
@@ -207,7 +221,8 @@ static int print_line(lua_State *L) {
 /* ---- table and maths libraries ---- */
 
 /* Upvalue: the library's own function. Its first argument's length is what it may walk. */
-static int bounded_table_call(lua_State *L) {
+static int bounded_table_call(lua_State *L)
+{
     lua_Integer length = lua_istable(L, 1) ? luaL_len(L, 1) : 0;
     if (length > MAX_LIST)
         return luaL_error(L, "a list of %I entries is too long; keep it below %d", (LUAI_UACINT)length,
@@ -228,7 +243,8 @@ static int bounded_table_call(lua_State *L) {
     return lua_gettop(L);
 }
 
-static void bound_table_library(lua_State *L) {
+static void bound_table_library(lua_State *L)
+{
     static const char *const names[] = {"insert", "remove", "concat", "unpack", "sort", "move"};
     lua_getglobal(L, "table");
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
@@ -241,7 +257,8 @@ static void bound_table_library(lua_State *L) {
 }
 
 /* Upvalue: math.randomseed, which without argument would take the time. */
-static int seeded_randomseed(lua_State *L) {
+static int seeded_randomseed(lua_State *L)
+{
     luaL_checknumber(L, 1);
     int count = lua_gettop(L);
     lua_pushvalue(L, lua_upvalueindex(1));
@@ -250,7 +267,8 @@ static int seeded_randomseed(lua_State *L) {
     return 0;
 }
 
-static void seed_math_library(lua_State *L, uint64_t seed) {
+static void seed_math_library(lua_State *L, uint64_t seed)
+{
     lua_getglobal(L, "math");
     lua_getfield(L, -1, "randomseed");
     lua_pushvalue(L, -1);
@@ -261,7 +279,8 @@ static void seed_math_library(lua_State *L, uint64_t seed) {
     lua_pop(L, 1);
 }
 
-static void replace_base_library(lua_State *L) {
+static void replace_base_library(lua_State *L)
+{
     static const char *const removed[] = {"dofile", "loadfile", "collectgarbage", "warn", "require", NULL};
     for (size_t i = 0; removed[i]; i++) {
         lua_pushnil(L);
@@ -279,7 +298,8 @@ static void replace_base_library(lua_State *L) {
     lua_pop(L, 1);
 }
 
-void script_sandbox_open(lua_State *L, uint64_t seed) {
+void script_sandbox_open(lua_State *L, uint64_t seed)
+{
     static const luaL_Reg libraries[] = {
         {LUA_GNAME, luaopen_base},       {LUA_TABLIBNAME, luaopen_table}, {LUA_STRLIBNAME, luaopen_string},
         {LUA_MATHLIBNAME, luaopen_math}, {LUA_UTF8LIBNAME, luaopen_utf8}, {LUA_COLIBNAME, luaopen_coroutine},
@@ -298,7 +318,8 @@ void script_sandbox_open(lua_State *L, uint64_t seed) {
     seed_math_library(L, seed);
 }
 
-lua_State *script_sandbox_make(kd_script *script) {
+lua_State *script_sandbox_make(kd_script *script)
+{
     lua_State *L = lua_newstate(allocate, &script->budget);
     if (L)
         *(kd_script **)lua_getextraspace(L) = script;

@@ -27,7 +27,8 @@ typedef struct matcher {
 
 static const char *match_here(matcher *m, const char *s, const char *p);
 
-static void step(matcher *m) {
+static void step(matcher *m)
+{
     if (++m->steps == STEPS_CHARGED) {
         m->steps = 0;
         script_charge(m->L, STEPS_CHARGED);
@@ -37,7 +38,8 @@ static void step(matcher *m) {
 /* ---- single characters ---- */
 
 /* Point behind the class that starts at p. */
-static const char *class_end(matcher *m, const char *p) {
+static const char *class_end(matcher *m, const char *p)
+{
     if (*p == '%') {
         if (p + 1 == m->pattern_end)
             luaL_error(m->L, "malformed pattern (ends with '%%'); write %%%% for a percent sign");
@@ -56,47 +58,28 @@ static const char *class_end(matcher *m, const char *p) {
     return p + 1;
 }
 
-static bool is_in_class(int c, int class) {
+static bool is_in_class(int c, int class)
+{
     bool in;
     switch (tolower(class)) {
-    case 'a':
-        in = isalpha(c);
-        break;
-    case 'c':
-        in = iscntrl(c);
-        break;
-    case 'd':
-        in = isdigit(c);
-        break;
-    case 'g':
-        in = isgraph(c);
-        break;
-    case 'l':
-        in = islower(c);
-        break;
-    case 'p':
-        in = ispunct(c);
-        break;
-    case 's':
-        in = isspace(c);
-        break;
-    case 'u':
-        in = isupper(c);
-        break;
-    case 'w':
-        in = isalnum(c);
-        break;
-    case 'x':
-        in = isxdigit(c);
-        break;
-    default:
-        return class == c;
+    case 'a': in = isalpha(c); break;
+    case 'c': in = iscntrl(c); break;
+    case 'd': in = isdigit(c); break;
+    case 'g': in = isgraph(c); break;
+    case 'l': in = islower(c); break;
+    case 'p': in = ispunct(c); break;
+    case 's': in = isspace(c); break;
+    case 'u': in = isupper(c); break;
+    case 'w': in = isalnum(c); break;
+    case 'x': in = isxdigit(c); break;
+    default: return class == c;
     }
     return isupper(class) ? !in : in;
 }
 
 /* Whether c is in the set from '[' at p to ']' just before `end`. */
-static bool is_in_set(int c, const char *p, const char *end) {
+static bool is_in_set(int c, const char *p, const char *end)
+{
     bool wanted = true;
     const char *last = end - 1;
     if (*++p == '^') {
@@ -121,27 +104,24 @@ static bool is_in_set(int c, const char *p, const char *end) {
     return !wanted;
 }
 
-static bool is_single(matcher *m, const char *s, const char *p, const char *end) {
+static bool is_single(matcher *m, const char *s, const char *p, const char *end)
+{
     step(m);
     if (s >= m->text_end)
         return false;
     int c = (unsigned char)*s;
     switch (*p) {
-    case '.':
-        return true;
-    case '%':
-        return is_in_class(c, (unsigned char)p[1]);
-    case '[':
-        return is_in_set(c, p, end);
-    default:
-        return (unsigned char)*p == c;
+    case '.': return true;
+    case '%': return is_in_class(c, (unsigned char)p[1]);
+    case '[': return is_in_set(c, p, end);
+    default: return (unsigned char)*p == c;
     }
 }
 
 /* ---- items ---- */
 
-static const char *match_repeat(matcher *m, const char *s, const char *p, const char *end,
-                                bool at_least_one) {
+static const char *match_repeat(matcher *m, const char *s, const char *p, const char *end, bool at_least_one)
+{
     ptrdiff_t n = 0;
     while (is_single(m, s + n, p, end))
         n++;
@@ -154,7 +134,8 @@ static const char *match_repeat(matcher *m, const char *s, const char *p, const 
     return NULL;
 }
 
-static const char *match_shortest(matcher *m, const char *s, const char *p, const char *end) {
+static const char *match_shortest(matcher *m, const char *s, const char *p, const char *end)
+{
     for (;; s++) {
         const char *found = match_here(m, s, end + 1);
         if (found)
@@ -164,7 +145,8 @@ static const char *match_shortest(matcher *m, const char *s, const char *p, cons
     }
 }
 
-static const char *match_balanced(matcher *m, const char *s, const char *p) {
+static const char *match_balanced(matcher *m, const char *s, const char *p)
+{
     if (p + 1 >= m->pattern_end)
         luaL_error(m->L, "malformed pattern (missing arguments to '%%b'); write %%b()");
     if (s >= m->text_end || *s != *p)
@@ -182,7 +164,8 @@ static const char *match_balanced(matcher *m, const char *s, const char *p) {
     return NULL;
 }
 
-static const char *match_frontier(matcher *m, const char *s, const char *p) {
+static const char *match_frontier(matcher *m, const char *s, const char *p)
+{
     if (p >= m->pattern_end || *p != '[')
         luaL_error(m->L, "missing '[' after '%%f' in pattern; write %%f[set]");
     const char *end = class_end(m, p);
@@ -191,7 +174,8 @@ static const char *match_frontier(matcher *m, const char *s, const char *p) {
     return !is_in_set(before, p, end) && is_in_set(here, p, end) ? match_here(m, s, end) : NULL;
 }
 
-static const char *open_capture(matcher *m, const char *s, const char *p, ptrdiff_t length) {
+static const char *open_capture(matcher *m, const char *s, const char *p, ptrdiff_t length)
+{
     if (m->count == MAX_CAPTURES)
         luaL_error(m->L, "too many captures; use at most %d", MAX_CAPTURES);
     m->captures[m->count].start = s;
@@ -203,7 +187,8 @@ static const char *open_capture(matcher *m, const char *s, const char *p, ptrdif
     return found;
 }
 
-static const char *close_capture(matcher *m, const char *s, const char *p) {
+static const char *close_capture(matcher *m, const char *s, const char *p)
+{
     int i = m->count - 1;
     while (i >= 0 && m->captures[i].length != CAPTURE_OPEN)
         i--;
@@ -216,7 +201,8 @@ static const char *close_capture(matcher *m, const char *s, const char *p) {
     return found;
 }
 
-static const char *match_back_reference(matcher *m, const char *s, int digit) {
+static const char *match_back_reference(matcher *m, const char *s, int digit)
+{
     int i = digit - '1';
     if (i < 0 || i >= m->count || m->captures[i].length < 0)
         luaL_error(m->L, "invalid capture index %%%d in pattern; there is no such capture yet", i + 1);
@@ -228,17 +214,15 @@ static const char *match_back_reference(matcher *m, const char *s, int digit) {
 }
 
 /* A class with what may follow it: * + - ? or nothing. Sets *next to go on with in the caller's loop. */
-static const char *match_class(matcher *m, const char *s, const char *p, const char **next) {
+static const char *match_class(matcher *m, const char *s, const char *p, const char **next)
+{
     const char *end = class_end(m, p);
     char suffix = end < m->pattern_end ? *end : '\0';
     *next = NULL;
     switch (suffix) {
-    case '*':
-        return match_repeat(m, s, p, end, false);
-    case '+':
-        return match_repeat(m, s, p, end, true);
-    case '-':
-        return match_shortest(m, s, p, end);
+    case '*': return match_repeat(m, s, p, end, false);
+    case '+': return match_repeat(m, s, p, end, true);
+    case '-': return match_shortest(m, s, p, end);
     case '?': {
         const char *found = is_single(m, s, p, end) ? match_here(m, s + 1, end + 1) : NULL;
         *next = found ? NULL : end + 1;
@@ -253,7 +237,8 @@ static const char *match_class(matcher *m, const char *s, const char *p, const c
 }
 
 /* One item at p: sets *next when the loop goes on there with the returned place; else the result is final. */
-static const char *match_item(matcher *m, const char *s, const char *p, const char **next) {
+static const char *match_item(matcher *m, const char *s, const char *p, const char **next)
+{
     *next = NULL;
     if (*p == '(')
         return p + 1 < m->pattern_end && p[1] == ')' ? open_capture(m, s, p + 2, CAPTURE_POSITION)
@@ -277,7 +262,8 @@ static const char *match_item(matcher *m, const char *s, const char *p, const ch
     return match_class(m, s, p, next);
 }
 
-static const char *match_here(matcher *m, const char *s, const char *p) {
+static const char *match_here(matcher *m, const char *s, const char *p)
+{
     if (++m->depth > MAX_DEPTH)
         luaL_error(m->L, "pattern too complex; split it");
     while (p && p < m->pattern_end && s) {
@@ -294,7 +280,8 @@ static const char *match_here(matcher *m, const char *s, const char *p) {
 
 /* ---- the library's functions ---- */
 
-static void push_capture(matcher *m, int i, const char *s, const char *end) {
+static void push_capture(matcher *m, int i, const char *s, const char *end)
+{
     if (i >= m->count) {
         if (i != 0)
             luaL_error(m->L, "invalid capture index %%%d; the pattern has fewer captures", i + 1);
@@ -308,7 +295,8 @@ static void push_capture(matcher *m, int i, const char *s, const char *end) {
     }
 }
 
-static int push_captures(matcher *m, const char *s, const char *end) {
+static int push_captures(matcher *m, const char *s, const char *end)
+{
     int count = m->count == 0 && s ? 1 : m->count;
     luaL_checkstack(m->L, count, "too many captures");
     for (int i = 0; i < count; i++)
@@ -317,19 +305,22 @@ static int push_captures(matcher *m, const char *s, const char *end) {
 }
 
 static matcher begin_match(lua_State *L, const char *text, size_t text_size, const char *pattern,
-                           size_t pattern_size) {
+                           size_t pattern_size)
+{
     return (matcher){
         .L = L, .text = text, .text_end = text + text_size, .pattern_end = pattern + pattern_size};
 }
 
 /* Try at s alone, forgetting what was captured before. */
-static const char *try_match(matcher *m, const char *s, const char *p) {
+static const char *try_match(matcher *m, const char *s, const char *p)
+{
     m->count = 0;
     m->depth = 0;
     return match_here(m, s, p);
 }
 
-static size_t start_index(lua_Integer init, size_t size) {
+static size_t start_index(lua_Integer init, size_t size)
+{
     if (init > 0)
         return (size_t)init - 1;
     if (init == 0 || init < -(lua_Integer)size)
@@ -338,7 +329,8 @@ static size_t start_index(lua_Integer init, size_t size) {
 }
 
 /* Search bytes as they are; NULL when not there. */
-static const char *find_plain(matcher *m, const char *s, const char *word, size_t size) {
+static const char *find_plain(matcher *m, const char *s, const char *word, size_t size)
+{
     for (; (size_t)(m->text_end - s) >= size; s++) {
         size_t same = 0;
         while (same < size && s[same] == word[same])
@@ -350,7 +342,8 @@ static const char *find_plain(matcher *m, const char *s, const char *word, size_
     return NULL;
 }
 
-static int find_or_match(lua_State *L, bool find) {
+static int find_or_match(lua_State *L, bool find)
+{
     size_t size, pattern_size;
     const char *text = luaL_checklstring(L, 1, &size), *pattern = luaL_checklstring(L, 2, &pattern_size);
     size_t init = start_index(luaL_optinteger(L, 3, 1), size);
@@ -385,16 +378,19 @@ fail:
     return 1;
 }
 
-static int string_find(lua_State *L) {
+static int string_find(lua_State *L)
+{
     return find_or_match(L, true);
 }
 
-static int string_match(lua_State *L) {
+static int string_match(lua_State *L)
+{
     return find_or_match(L, false);
 }
 
 /* Upvalues: text, pattern, where to go on, where the last match ended (-1: nowhere). */
-static int gmatch_next(lua_State *L) {
+static int gmatch_next(lua_State *L)
+{
     size_t size, pattern_size;
     const char *text = lua_tolstring(L, lua_upvalueindex(1), &size),
                *pattern = lua_tolstring(L, lua_upvalueindex(2), &pattern_size);
@@ -412,7 +408,8 @@ static int gmatch_next(lua_State *L) {
     return 0;
 }
 
-static int string_gmatch(lua_State *L) {
+static int string_gmatch(lua_State *L)
+{
     size_t size;
     luaL_checklstring(L, 1, &size);
     luaL_checkstring(L, 2);
@@ -425,7 +422,8 @@ static int string_gmatch(lua_State *L) {
 }
 
 /* Add the replacement string with its %0 … %9. */
-static void add_template(matcher *m, luaL_Buffer *out, const char *s, const char *end) {
+static void add_template(matcher *m, luaL_Buffer *out, const char *s, const char *end)
+{
     size_t size;
     const char *template = lua_tolstring(m->L, 3, &size);
     for (size_t i = 0; i < size; i++) {
@@ -450,7 +448,8 @@ static void add_template(matcher *m, luaL_Buffer *out, const char *s, const char
     }
 }
 
-static void add_replacement(matcher *m, luaL_Buffer *out, const char *s, const char *end, int type) {
+static void add_replacement(matcher *m, luaL_Buffer *out, const char *s, const char *end, int type)
+{
     lua_State *L = m->L;
     if (type == LUA_TSTRING || type == LUA_TNUMBER) {
         add_template(m, out, s, end);
@@ -474,7 +473,8 @@ static void add_replacement(matcher *m, luaL_Buffer *out, const char *s, const c
     }
 }
 
-static int string_gsub(lua_State *L) {
+static int string_gsub(lua_State *L)
+{
     size_t size, pattern_size;
     const char *text = luaL_checklstring(L, 1, &size), *pattern = luaL_checklstring(L, 2, &pattern_size);
     int type = lua_type(L, 3);
@@ -509,7 +509,8 @@ static int string_gsub(lua_State *L) {
 }
 
 /* Upvalue: string.rep, which walks its count even when there is nothing to repeat. */
-static int string_rep(lua_State *L) {
+static int string_rep(lua_State *L)
+{
     size_t size, separator = 0;
     luaL_checklstring(L, 1, &size);
     lua_Integer n = luaL_checkinteger(L, 2);
@@ -528,7 +529,8 @@ static int string_rep(lua_State *L) {
     return 1;
 }
 
-void script_sandbox_string(lua_State *L) {
+void script_sandbox_string(lua_State *L)
+{
     static const luaL_Reg functions[] = {
         {"find", string_find}, {"match", string_match}, {"gmatch", string_gmatch}, {"gsub", string_gsub},
         {NULL, NULL},

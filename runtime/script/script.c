@@ -15,7 +15,8 @@
 /* ---- messages ---- */
 
 /* Copy in one line and at most `size` bytes; cut characters stay whole. */
-static void copy_line(char *out, size_t size, const char *text) {
+static void copy_line(char *out, size_t size, const char *text)
+{
     size_t n = 0;
     for (; text[n] && n + 1 < size; n++)
         out[n] = (unsigned char)text[n] < 32 || text[n] == 127 ? ' ' : text[n];
@@ -26,11 +27,13 @@ static void copy_line(char *out, size_t size, const char *text) {
 }
 
 /* Tell whether a message says already what to do. */
-static bool has_advice(const char *text) {
+static bool has_advice(const char *text)
+{
     return strstr(text, "; ") != NULL;
 }
 
-static kd_status report(kd_script *script, int result) {
+static kd_status report(kd_script *script, int result)
+{
     char line[768];
     lua_State *L = script->L;
     const script_budget *budget = &script->budget;
@@ -51,7 +54,8 @@ static kd_status report(kd_script *script, int result) {
                    has_advice(line) ? "" : "; correct the scenario there");
 }
 
-void script_explain(lua_State *L) {
+void script_explain(lua_State *L)
+{
     lua_Debug activation;
     if (lua_type(L, -1) != LUA_TSTRING && luaL_getmetafield(L, -1, "__tostring") != LUA_TNIL) {
         lua_pop(L, 1);
@@ -73,13 +77,15 @@ void script_explain(lua_State *L) {
 
 /* Runs inside the protected call, before the stack is unwound. An error value with __tostring speaks through
  * it. */
-static int message_handler(lua_State *L) {
+static int message_handler(lua_State *L)
+{
     script_explain(L);
     return 1;
 }
 
 /* Call the function below its `count` arguments, with a fresh budget. */
-static kd_status call(kd_script *script, int count) {
+static kd_status call(kd_script *script, int count)
+{
     lua_State *L = script->L;
     int handler = lua_gettop(L) - count;
     lua_pushcfunction(L, message_handler);
@@ -92,7 +98,8 @@ static kd_status call(kd_script *script, int count) {
 
 /* ---- loading ---- */
 
-static kd_status add_roots(kd_script *script, const kd_script_desc *desc) {
+static kd_status add_roots(kd_script *script, const kd_script_desc *desc)
+{
     script->roots = calloc(desc->root_count + 1, sizeof *script->roots);
     if (!script->roots)
         return kd_fail(KD_NO_MEMORY, "%s: out of memory", desc->path);
@@ -103,7 +110,8 @@ static kd_status add_roots(kd_script *script, const kd_script_desc *desc) {
     return status;
 }
 
-static int open_all(lua_State *L) {
+static int open_all(lua_State *L)
+{
     const uint64_t *seed = lua_touserdata(L, 1);
     script_sandbox_open(L, *seed);
     script_access_open(L);
@@ -116,7 +124,8 @@ static int open_all(lua_State *L) {
 }
 
 /* Make the Lua state with everything that a scenario sees. */
-static kd_status open_state(kd_script *script, const kd_script_desc *desc) {
+static kd_status open_state(kd_script *script, const kd_script_desc *desc)
+{
     uint64_t seed = desc->seed;
     script->L = script_sandbox_make(script);
     if (!script->L)
@@ -128,7 +137,8 @@ static kd_status open_state(kd_script *script, const kd_script_desc *desc) {
     return result == LUA_OK ? KD_OK : report(script, result);
 }
 
-static kd_status run_file(kd_script *script) {
+static kd_status run_file(kd_script *script)
+{
     void *data;
     size_t size;
     char name[sizeof script->chunks->name + 2];
@@ -142,7 +152,8 @@ static kd_status run_file(kd_script *script) {
     return result == LUA_OK ? call(script, 0) : report(script, result);
 }
 
-static kd_script *make(const kd_script_desc *desc) {
+static kd_script *make(const kd_script_desc *desc)
+{
     kd_script *script = calloc(1, sizeof *script);
     if (!script)
         return NULL;
@@ -157,7 +168,8 @@ static kd_script *make(const kd_script_desc *desc) {
     return script;
 }
 
-static kd_status add_params(kd_script *script, const kd_script_desc *desc) {
+static kd_status add_params(kd_script *script, const kd_script_desc *desc)
+{
     script->params = calloc(desc->param_count + 1, sizeof *script->params);
     script->param_names = calloc(SCRIPT_MAX_PARAM_NAMES, sizeof *script->param_names);
     bool ok = script->params && script->param_names;
@@ -170,7 +182,8 @@ static kd_status add_params(kd_script *script, const kd_script_desc *desc) {
     return ok ? KD_OK : kd_fail(KD_NO_MEMORY, "%s: out of memory", desc->path);
 }
 
-kd_status kd_script_load(const kd_script_desc *desc, kd_script **out) {
+kd_status kd_script_load(const kd_script_desc *desc, kd_script **out)
+{
     *out = NULL;
     kd_script *script = make(desc);
     if (!script)
@@ -194,7 +207,8 @@ kd_status kd_script_load(const kd_script_desc *desc, kd_script **out) {
 /* ---- stepping ---- */
 
 /* Time and length of the step are on the stack. */
-static int run_step(lua_State *L) {
+static int run_step(lua_State *L)
+{
     script_run_due(L, lua_tonumber(L, 1));
     if (script_of(L)->update == LUA_NOREF)
         return 0;
@@ -204,18 +218,21 @@ static int run_step(lua_State *L) {
     return 0;
 }
 
-kd_status kd_script_step(kd_script *script, double time_s, double dt_s) {
+kd_status kd_script_step(kd_script *script, double time_s, double dt_s)
+{
     lua_pushcfunction(script->L, run_step);
     lua_pushnumber(script->L, time_s);
     lua_pushnumber(script->L, dt_s);
     return call(script, 2);
 }
 
-size_t kd_script_bytes(const kd_script *script) {
+size_t kd_script_bytes(const kd_script *script)
+{
     return script->budget.memory_used;
 }
 
-void kd_script_destroy(kd_script *script) {
+void kd_script_destroy(kd_script *script)
+{
     if (!script)
         return;
     if (script->L)

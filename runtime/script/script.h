@@ -45,8 +45,8 @@ typedef struct kd_script_material {
 typedef struct kd_script_play {
     const char *clip; /* NULL: the first */
     bool loop;
-    float speed;   /* 1 is as recorded */
-    float blend_s; /* length of the cross-fade */
+    float speed;      /* 1 is as recorded */
+    float blend_s;    /* length of the cross-fade */
     uint32_t layer;   /* 0: the pose itself; above that clips are laid over it */
     bool stop;        /* fade the layer out instead; no clip then */
     float weight;     /* of a layer, 0 to 1 */
@@ -79,7 +79,8 @@ typedef struct kd_script_host {
     kd_status (*find_clip)(void *user, kd_entity entity, const char *clip, uint32_t *number, float *length_s,
                            kd_script_error *error);
     /* Copy an entity and what hangs below it. NULL: kd_instantiate does. */
-    kd_status (*clone)(void *user, kd_entity entity, kd_entity parent, kd_entity *out, kd_script_error *error);
+    kd_status (*clone)(void *user, kd_entity entity, kd_entity parent, kd_entity *out,
+                       kd_script_error *error);
     /* Tell whether scenarios may set a field: most are, but not numbers that other systems trust. NULL: all
      * are. */
     bool (*may_write)(void *user, const char *component, const char *field);
@@ -119,9 +120,10 @@ size_t kd_script_bytes(const kd_script *script);
 
 void kd_script_destroy(kd_script *script); /* NULL does nothing */
 
-/** Write the reference of what scenarios can use, in Markdown: functions, methods, components with their fields.
- *  may_write  tells which fields are to be shown as settable; NULL: all */
-void kd_script_write_reference(const kd_world *w, bool (*may_write)(void *user, const char *component, const char *field),
+/** Write the reference of what scenarios can use, in Markdown: functions, methods, components with their
+ * fields. may_write  tells which fields are to be shown as settable; NULL: all */
+void kd_script_write_reference(const kd_world *w,
+                               bool (*may_write)(void *user, const char *component, const char *field),
                                FILE *out);
 
 #endif

@@ -16,25 +16,29 @@ static const char *const own_keys[] = {"name",      "model",  "mesh",  "material
 /* keys that are no component here, or that the host fills */
 static const char *const host_keys[] = {"name", "model", "mesh", "material", "animation", "parent", NULL};
 
-uint64_t script_host_begin(lua_State *L) {
+uint64_t script_host_begin(lua_State *L)
+{
     (void)L;
     return kd_clock_ns();
 }
 
-void script_host_end(lua_State *L, uint64_t began_ns, kd_status status, const kd_script_error *error) {
+void script_host_end(lua_State *L, uint64_t began_ns, kd_status status, const kd_script_error *error)
+{
     script_of(L)->budget.deadline_ns += kd_clock_ns() - began_ns;
     if (status != KD_OK)
         luaL_error(L, "%s", error->text[0] ? error->text : kd_status_text(status));
 }
 
-static bool is_one_of(const char *const *words, const char *word) {
+static bool is_one_of(const char *const *words, const char *word)
+{
     for (; *words; words++)
         if (strcmp(*words, word) == 0)
             return true;
     return false;
 }
 
-void script_check_spawn_keys(lua_State *L, int table, const char *what) {
+void script_check_spawn_keys(lua_State *L, int table, const char *what)
+{
     for (lua_pushnil(L); lua_next(L, table); lua_pop(L, 1)) {
         if (lua_type(L, -2) != LUA_TSTRING)
             luaL_error(L, "%s: entries without a name are not allowed; write key = value", what);
@@ -44,7 +48,8 @@ void script_check_spawn_keys(lua_State *L, int table, const char *what) {
     }
 }
 
-static void read_mesh(lua_State *L, kd_script_mesh *mesh) {
+static void read_mesh(lua_State *L, kd_script_mesh *mesh)
+{
     static const char *const keys[] = {"shape", "size", "segments", NULL};
     static const char *const shapes[] = {"box", "sphere", "plane", "cylinder", "torus", NULL};
     if (lua_getfield(L, 1, "mesh") != LUA_TNIL) {
@@ -74,7 +79,8 @@ static void read_mesh(lua_State *L, kd_script_mesh *mesh) {
     lua_pop(L, 1);
 }
 
-static void read_material(lua_State *L, kd_script_material *material) {
+static void read_material(lua_State *L, kd_script_material *material)
+{
     static const char *const keys[] = {"base_color",   "metallic", "roughness", "emissive",
                                        "double_sided", "unlit",    NULL};
     *material = (kd_script_material){.base_color = {1, 1, 1, 1}, .roughness = 1};
@@ -110,7 +116,8 @@ static void read_material(lua_State *L, kd_script_material *material) {
     lua_pop(L, 1);
 }
 
-static kd_entity read_parent(lua_State *L) {
+static kd_entity read_parent(lua_State *L)
+{
     kd_entity parent = KD_NO_ENTITY;
     if (lua_getfield(L, 1, "parent") != LUA_TNIL) {
         if (!script_is_entity(L, -1))
@@ -123,7 +130,8 @@ static kd_entity read_parent(lua_State *L) {
 }
 
 /* Set the components of the table on the entity, in order of registration. */
-void script_set_components(lua_State *L, int table, kd_entity e) {
+void script_set_components(lua_State *L, int table, kd_entity e)
+{
     int top = lua_gettop(L);
     kd_world *w = script_of(L)->world;
     table = lua_absindex(L, table);
@@ -135,7 +143,8 @@ void script_set_components(lua_State *L, int table, kd_entity e) {
     }
 }
 
-void script_read_play(lua_State *L, int table, const char *what, kd_script_play *play) {
+void script_read_play(lua_State *L, int table, const char *what, kd_script_play *play)
+{
     static const char *const keys[] = {"clip", "loop", "speed", "blend", "layer", "weight", "from", NULL};
     script_check_keys(L, table, what, keys);
     play->loop = script_get_bool(L, table, what, "loop", true);
@@ -151,7 +160,8 @@ void script_read_play(lua_State *L, int table, const char *what, kd_script_play 
         luaL_error(L, "%s: weight and from are for layers; add layer = 1", what);
 }
 
-static void start_animation(lua_State *L, kd_entity e) {
+static void start_animation(lua_State *L, kd_entity e)
+{
     if (lua_getfield(L, 1, "animation") != LUA_TNIL) {
         if (!lua_istable(L, -1))
             luaL_error(L, WHAT ".animation must be a table such as { clip = \"walk\" }, not a %s",
@@ -164,7 +174,8 @@ static void start_animation(lua_State *L, kd_entity e) {
     lua_settop(L, 1);
 }
 
-int script_spawn(lua_State *L) {
+int script_spawn(lua_State *L)
+{
     char path[KD_PATH_MAX];
     kd_script *script = script_of(L);
     kd_script_spawn spawn = {0};

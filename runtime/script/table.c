@@ -8,7 +8,8 @@
 
 #include "runtime/core/nearest.h"
 
-_Noreturn void script_unknown(lua_State *L, const char *what, const char *word, const char *best) {
+_Noreturn void script_unknown(lua_State *L, const char *what, const char *word, const char *best)
+{
     if (best)
         luaL_error(L, "%s: unknown key '%s'; did you mean '%s'?", what, word, best);
     luaL_error(L, "%s: unknown key '%s'; see the scenario reference for what it takes", what, word);
@@ -16,7 +17,8 @@ _Noreturn void script_unknown(lua_State *L, const char *what, const char *word, 
         ; /* luaL_error never returns, but is not declared so */
 }
 
-void script_check_keys(lua_State *L, int table, const char *what, const char *const *keys) {
+void script_check_keys(lua_State *L, int table, const char *what, const char *const *keys)
+{
     table = lua_absindex(L, table);
     for (lua_pushnil(L); lua_next(L, table); lua_pop(L, 1)) {
         if (lua_type(L, -2) != LUA_TSTRING)
@@ -30,7 +32,8 @@ void script_check_keys(lua_State *L, int table, const char *what, const char *co
     }
 }
 
-void script_check_range(lua_State *L, const char *what, double value, double min, double max) {
+void script_check_range(lua_State *L, const char *what, double value, double min, double max)
+{
     char text[128];
     if (!isfinite((float)value))
         luaL_error(L, "%s is not a finite number; correct it", what);
@@ -41,12 +44,14 @@ void script_check_range(lua_State *L, const char *what, double value, double min
     luaL_error(L, "%s is %s", what, text);
 }
 
-static void wrong_type(lua_State *L, const char *what, const char *key, const char *wanted) {
+static void wrong_type(lua_State *L, const char *what, const char *key, const char *wanted)
+{
     luaL_error(L, "%s.%s must be %s, not a %s; correct it", what, key, wanted, luaL_typename(L, -1));
 }
 
 double script_get_number(lua_State *L, int table, const char *what, const char *key, double fallback,
-                         double min, double max) {
+                         double min, double max)
+{
     double value = fallback;
     if (lua_getfield(L, table, key) != LUA_TNIL) {
         if (lua_type(L, -1) != LUA_TNUMBER)
@@ -59,7 +64,8 @@ double script_get_number(lua_State *L, int table, const char *what, const char *
     return value;
 }
 
-bool script_get_bool(lua_State *L, int table, const char *what, const char *key, bool fallback) {
+bool script_get_bool(lua_State *L, int table, const char *what, const char *key, bool fallback)
+{
     bool value = fallback;
     if (lua_getfield(L, table, key) != LUA_TNIL) {
         if (!lua_isboolean(L, -1))
@@ -70,7 +76,8 @@ bool script_get_bool(lua_State *L, int table, const char *what, const char *key,
     return value;
 }
 
-const char *script_get_string(lua_State *L, int table, const char *what, const char *key) {
+const char *script_get_string(lua_State *L, int table, const char *what, const char *key)
+{
     const char *value = NULL;
     if (lua_getfield(L, table, key) != LUA_TNIL) {
         size_t size;
@@ -84,7 +91,8 @@ const char *script_get_string(lua_State *L, int table, const char *what, const c
     return value;
 }
 
-void script_read_floats(lua_State *L, int index, const char *what, float *out, uint32_t count) {
+void script_read_floats(lua_State *L, int index, const char *what, float *out, uint32_t count)
+{
     index = lua_absindex(L, index);
     if (!lua_istable(L, index))
         luaL_error(L, "%s must be a list of %d numbers, not a %s; correct it", what, (int)count,
@@ -103,8 +111,8 @@ void script_read_floats(lua_State *L, int index, const char *what, float *out, u
     }
 }
 
-bool script_get_floats(lua_State *L, int table, const char *what, const char *key, float *out,
-                       uint32_t count) {
+bool script_get_floats(lua_State *L, int table, const char *what, const char *key, float *out, uint32_t count)
+{
     bool there = lua_getfield(L, table, key) != LUA_TNIL;
     if (there) {
         const char *name = lua_pushfstring(L, "%s.%s", what, key);

@@ -13,7 +13,8 @@ static const char meta_key; /* its address keys the registry's metatable */
 
 /* ---- tasks ---- */
 
-script_task *script_task_push(lua_State *L, script_task_kind kind, size_t size, int function) {
+script_task *script_task_push(lua_State *L, script_task_kind kind, size_t size, int function)
+{
     function = lua_absindex(L, function);
     script_task *task = lua_newuserdatauv(L, size, TASK_VALUES);
     memset(task, 0, size);
@@ -26,29 +27,34 @@ script_task *script_task_push(lua_State *L, script_task_kind kind, size_t size, 
     return task;
 }
 
-void script_task_hold(lua_State *L, script_task *task, int index) {
+void script_task_hold(lua_State *L, script_task *task, int index)
+{
     if (task->holds++)
         return;
     lua_pushvalue(L, index);
     task->anchor = luaL_ref(L, LUA_REGISTRYINDEX);
 }
 
-void script_task_release(lua_State *L, script_task *task) {
+void script_task_release(lua_State *L, script_task *task)
+{
     if (--task->holds == 0)
         luaL_unref(L, LUA_REGISTRYINDEX, task->anchor);
 }
 
-void script_task_push_held(lua_State *L, const script_task *task) {
+void script_task_push_held(lua_State *L, const script_task *task)
+{
     lua_rawgeti(L, LUA_REGISTRYINDEX, task->anchor);
 }
 
 /* ---- the queue: a heap, earliest first, among equals what was queued first ---- */
 
-static bool comes_before(const script_event *a, const script_event *b) {
+static bool comes_before(const script_event *a, const script_event *b)
+{
     return a->time_s < b->time_s || (a->time_s == b->time_s && a->order < b->order);
 }
 
-static void sift_up(script_event *heap, uint32_t at) {
+static void sift_up(script_event *heap, uint32_t at)
+{
     while (at > 0 && comes_before(&heap[at], &heap[(at - 1) / 2])) {
         script_event moved = heap[at];
         heap[at] = heap[(at - 1) / 2];
@@ -57,7 +63,8 @@ static void sift_up(script_event *heap, uint32_t at) {
     }
 }
 
-static void sift_down(script_event *heap, uint32_t count) {
+static void sift_down(script_event *heap, uint32_t count)
+{
     for (uint32_t at = 0, child; (child = 2 * at + 1) < count; at = child) {
         if (child + 1 < count && comes_before(&heap[child + 1], &heap[child]))
             child++;
@@ -69,7 +76,8 @@ static void sift_down(script_event *heap, uint32_t count) {
     }
 }
 
-static void *grown(lua_State *L, void *items, uint32_t *capacity, size_t size) {
+static void *grown(lua_State *L, void *items, uint32_t *capacity, size_t size)
+{
     uint32_t wanted = *capacity ? *capacity * 2 : 64;
     void *more = realloc(items, wanted * size);
     if (!more)
@@ -78,7 +86,8 @@ static void *grown(lua_State *L, void *items, uint32_t *capacity, size_t size) {
     return more;
 }
 
-void script_task_queue(lua_State *L, script_task *task, int index, double time_s, bool next_step) {
+void script_task_queue(lua_State *L, script_task *task, int index, double time_s, bool next_step)
+{
     kd_script *script = script_of(L);
     if (script->event_count == MAX_TASKS)
         luaL_error(L, "more than %d tasks wait; use kandil.update", MAX_TASKS);
@@ -90,7 +99,8 @@ void script_task_queue(lua_State *L, script_task *task, int index, double time_s
     sift_up(script->events, script->event_count++);
 }
 
-static script_event take_first(kd_script *script) {
+static script_event take_first(kd_script *script)
+{
     script_event first = script->events[0];
     script->events[0] = script->events[--script->event_count];
     sift_down(script->events, script->event_count);
@@ -99,7 +109,8 @@ static script_event take_first(kd_script *script) {
 
 /* ---- what runs every step ---- */
 
-void script_task_activate(lua_State *L, script_task *task, int index) {
+void script_task_activate(lua_State *L, script_task *task, int index)
+{
     kd_script *script = script_of(L);
     if (script->active_count == MAX_TASKS)
         luaL_error(L, "more than %d movements run at once; use kandil.update", MAX_TASKS);
@@ -111,7 +122,8 @@ void script_task_activate(lua_State *L, script_task *task, int index) {
 }
 
 /* Step each that runs, those started meanwhile too; let go of those that have ended. */
-static void step_active(lua_State *L, double time_s) {
+static void step_active(lua_State *L, double time_s)
+{
     kd_script *script = script_of(L);
     uint32_t kept = 0;
     for (uint32_t i = 0; i < script->active_count; i++) {
@@ -135,7 +147,8 @@ static void step_active(lua_State *L, double time_s) {
 
 /* Run the coroutine of the task at `index` until it waits or ends; `count` arguments lie on its own stack.
  * Returns false with what to raise at the top. */
-static bool resume(lua_State *L, script_task *task, int index, int count) {
+static bool resume(lua_State *L, script_task *task, int index, int count)
+{
     kd_script *script = script_of(L);
     script_task *outer = script->running;
     int results;
@@ -163,12 +176,14 @@ static bool resume(lua_State *L, script_task *task, int index, int count) {
     return status == LUA_OK;
 }
 
-static script_task *check_task(lua_State *L, int index) {
+static script_task *check_task(lua_State *L, int index)
+{
     return luaL_checkudata(L, index, TASK_TYPE);
 }
 
 /* Push the list of who waits for the task at `index`. */
-static void push_waiters(lua_State *L, int index) {
+static void push_waiters(lua_State *L, int index)
+{
     index = lua_absindex(L, index);
     if (lua_getiuservalue(L, index, TASK_WAITERS) == LUA_TTABLE)
         return;
@@ -179,13 +194,15 @@ static void push_waiters(lua_State *L, int index) {
 }
 
 /* The end of what it waited for wakes a coroutine at that very time. */
-static void wake(lua_State *L, int index) {
+static void wake(lua_State *L, int index)
+{
     script_task *waiter = lua_touserdata(L, index);
     if (--waiter->pending == 0 && !waiter->done)
         script_task_queue(L, waiter, index, script_of(L)->now_s, false);
 }
 
-void script_task_finish(lua_State *L, script_task *task, int index) {
+void script_task_finish(lua_State *L, script_task *task, int index)
+{
     if (task->done)
         return;
     index = lua_absindex(L, index);
@@ -206,7 +223,8 @@ void script_task_finish(lua_State *L, script_task *task, int index) {
 
 /* ---- what is due ---- */
 
-static void fire(lua_State *L, script_task *task, int index, double due_s) {
+static void fire(lua_State *L, script_task *task, int index, double due_s)
+{
     const kd_script *script = script_of(L);
     if (task->kind == SCRIPT_TASK_RUN) {
         if (!resume(L, task, index, 0))
@@ -234,7 +252,8 @@ static void fire(lua_State *L, script_task *task, int index, double due_s) {
                           false);
 }
 
-void script_run_due(lua_State *L, double time_s) {
+void script_run_due(lua_State *L, double time_s)
+{
     kd_script *script = script_of(L);
     uint32_t count = 0;
     script->step_s = time_s;
@@ -259,14 +278,16 @@ void script_run_due(lua_State *L, double time_s) {
 
 /* ---- functions of kandil ---- */
 
-static double check_time(lua_State *L, int index, const char *what) {
+static double check_time(lua_State *L, int index, const char *what)
+{
     double time_s = luaL_checknumber(L, index);
     if (!isfinite(time_s) || time_s < 0)
         luaL_error(L, "%s: the time is %f; give seconds from 0 on", what, time_s);
     return time_s;
 }
 
-int script_at(lua_State *L) {
+int script_at(lua_State *L)
+{
     double time_s = check_time(L, 1, "kandil.at");
     luaL_checktype(L, 2, LUA_TFUNCTION);
     script_task *task = script_task_push(L, SCRIPT_TASK_AT, sizeof *task, 2);
@@ -274,7 +295,8 @@ int script_at(lua_State *L) {
     return 1;
 }
 
-int script_every(lua_State *L) {
+int script_every(lua_State *L)
+{
     double period_s = check_time(L, 1, "kandil.every");
     luaL_checktype(L, 2, LUA_TFUNCTION);
     if (period_s < 1e-6)
@@ -288,7 +310,8 @@ int script_every(lua_State *L) {
 }
 
 /* kandil.run(f, …): starts at once, up to its first wait. */
-int script_run(lua_State *L) {
+int script_run(lua_State *L)
+{
     int count = lua_gettop(L) - 1;
     luaL_checktype(L, 1, LUA_TFUNCTION);
     lua_State *thread = lua_newthread(L);
@@ -307,7 +330,8 @@ int script_run(lua_State *L) {
     return 1;
 }
 
-static bool wait_for_task(lua_State *L, script_task *self, int index) {
+static bool wait_for_task(lua_State *L, script_task *self, int index)
+{
     const script_task *other = check_task(L, index);
     if (other == self)
         luaL_error(L, "kandil.wait: a coroutine cannot wait for itself; wait for another task");
@@ -323,7 +347,8 @@ static bool wait_for_task(lua_State *L, script_task *self, int index) {
 
 /* kandil.wait(seconds), kandil.wait(task, …), kandil.wait(): until the next step. Seconds count from when the
  * coroutine was to go on, not from the step in which it did: waits add up exactly. */
-int script_wait(lua_State *L) {
+int script_wait(lua_State *L)
+{
     kd_script *script = script_of(L);
     script_task *self = script->running;
     if (!self || self->thread != L)
@@ -345,7 +370,8 @@ int script_wait(lua_State *L) {
     return lua_yield(L, 0);
 }
 
-static int task_cancel(lua_State *L) {
+static int task_cancel(lua_State *L)
+{
     script_task *task = check_task(L, 1);
     if (task == script_of(L)->running)
         return luaL_error(L, "a coroutine cannot cancel itself; return from it");
@@ -353,7 +379,8 @@ static int task_cancel(lua_State *L) {
     return 0;
 }
 
-static int task_done(lua_State *L) {
+static int task_done(lua_State *L)
+{
     lua_pushboolean(L, check_task(L, 1)->done);
     return 1;
 }
@@ -364,7 +391,8 @@ const script_function script_task_methods[] = {
     {NULL, NULL, NULL, NULL},
 };
 
-void script_task_open(lua_State *L) {
+void script_task_open(lua_State *L)
+{
     luaL_newmetatable(L, TASK_TYPE);
     script_push_functions(L, script_task_methods);
     lua_setfield(L, -2, "__index");

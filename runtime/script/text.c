@@ -7,7 +7,8 @@
 static const char numbers_key; /* its address keys the registry's table: object to number, keys weak */
 
 /* Push the number of the object at `index`. */
-static void push_number(lua_State *L, int index) {
+static void push_number(lua_State *L, int index)
+{
     lua_rawgetp(L, LUA_REGISTRYINDEX, &numbers_key);
     lua_pushvalue(L, index);
     if (lua_rawget(L, -2) == LUA_TNIL) {
@@ -25,7 +26,8 @@ static void push_number(lua_State *L, int index) {
     lua_remove(L, -2);
 }
 
-const char *script_push_text(lua_State *L, int index) {
+const char *script_push_text(lua_State *L, int index)
+{
     index = lua_absindex(L, index);
     luaL_checkstack(L, 6, "a value's text");
     if (lua_type(L, index) < LUA_TTABLE && lua_type(L, index) != LUA_TLIGHTUSERDATA)
@@ -44,14 +46,16 @@ const char *script_push_text(lua_State *L, int index) {
     return lua_tostring(L, -1);
 }
 
-static int to_string(lua_State *L) {
+static int to_string(lua_State *L)
+{
     luaL_checkany(L, 1);
     script_push_text(L, 1);
     return 1;
 }
 
 /* Upvalue: string.format. What %s would show by its address is put into words first. */
-static int string_format(lua_State *L) {
+static int string_format(lua_State *L)
+{
     size_t size;
     const char *at = luaL_checklstring(L, 1, &size), *end = at + size;
     int argument = 1, count = lua_gettop(L);
@@ -76,7 +80,8 @@ static int string_format(lua_State *L) {
     return 1;
 }
 
-void script_text_open(lua_State *L) {
+void script_text_open(lua_State *L)
+{
     lua_newtable(L);
     lua_createtable(L, 0, 1);
     lua_pushliteral(L, "k");

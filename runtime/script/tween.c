@@ -35,7 +35,8 @@ typedef struct script_tween {
 
 /* ---- reading what is asked for ---- */
 
-static int check_curve(lua_State *L, int index) {
+static int check_curve(lua_State *L, int index)
+{
     const char *name = luaL_optstring(L, index, "ease_in_out");
     int curve = script_ease_find(name);
     if (curve >= 0)
@@ -51,23 +52,27 @@ static int check_curve(lua_State *L, int index) {
                       name, lua_tostring(L, -1));
 }
 
-static double check_length(lua_State *L, int index, const char *what) {
+static double check_length(lua_State *L, int index, const char *what)
+{
     double length_s = luaL_checknumber(L, index);
     if (!isfinite(length_s) || length_s < 0)
         luaL_error(L, "%s: a length of %f s makes no sense; give seconds from 0 on", what, length_s);
     return length_s;
 }
 
-static bool is_rotation(const script_access *access) {
+static bool is_rotation(const script_access *access)
+{
     return access->kind == SCRIPT_LOOK_AT || (access->kind == SCRIPT_PLAIN && access->field.type == KD_QUAT);
 }
 
-static kd_quat quat_of(const float *v) {
+static kd_quat quat_of(const float *v)
+{
     return (kd_quat){v[0], v[1], v[2], v[3]};
 }
 
 /* Read the field's numbers from the component's value; angles of a rotation in degrees. */
-static void read_numbers(const script_tween *tween, const char *value, float *out) {
+static void read_numbers(const script_tween *tween, const char *value, float *out)
+{
     memcpy(out, value + tween->access->field.offset, tween->count * sizeof *out);
     if (tween->access->kind == SCRIPT_ROTATION_DEG) {
         float q[4];
@@ -77,7 +82,8 @@ static void read_numbers(const script_tween *tween, const char *value, float *ou
     }
 }
 
-static void read_field(lua_State *L, script_tween *tween) {
+static void read_field(lua_State *L, script_tween *tween)
+{
     kd_world *w = script_of(L)->world;
     const kd_component_desc *desc = tween->access->desc;
     const kd_field *field = &tween->access->field;
@@ -100,7 +106,8 @@ static void read_field(lua_State *L, script_tween *tween) {
 }
 
 /* Let the task at the top run from now on, and end when its time has come. */
-static int start(lua_State *L, script_tween *tween) {
+static int start(lua_State *L, script_tween *tween)
+{
     int index = lua_gettop(L);
     tween->start_s = script_of(L)->now_s;
     script_task_activate(L, &tween->task, index);
@@ -109,14 +116,16 @@ static int start(lua_State *L, script_tween *tween) {
     return 1;
 }
 
-static script_tween *push_tween(lua_State *L, tween_target target, int function) {
+static script_tween *push_tween(lua_State *L, tween_target target, int function)
+{
     script_tween *tween = (script_tween *)script_task_push(L, SCRIPT_TASK_TWEEN, sizeof *tween, function);
     tween->target = target;
     return tween;
 }
 
 /* kandil.tween(entity, "component.field", value, seconds, easing), kandil.tween(f, seconds, easing) */
-int script_tween_start(lua_State *L) {
+int script_tween_start(lua_State *L)
+{
     if (lua_isfunction(L, 1)) {
         double length_s = check_length(L, 2, "kandil.tween");
         int curve = check_curve(L, 3);
@@ -138,7 +147,8 @@ int script_tween_start(lua_State *L) {
     return start(L, tween);
 }
 
-int script_ease_value(lua_State *L) {
+int script_ease_value(lua_State *L)
+{
     double share = luaL_checknumber(L, 2);
     lua_settop(L, 2);
     lua_insert(L, 1);
@@ -148,7 +158,8 @@ int script_ease_value(lua_State *L) {
 
 /* ---- each step ---- */
 
-static kd_quat slerp(kd_quat a, kd_quat b, float t) {
+static kd_quat slerp(kd_quat a, kd_quat b, float t)
+{
     float cosine = a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w, sign = cosine < 0 ? -1.0f : 1.0f;
     float wa = 1 - t, wb = t;
     cosine *= sign;
@@ -164,7 +175,8 @@ static kd_quat slerp(kd_quat a, kd_quat b, float t) {
 }
 
 /* Curves that swing out must not leave the field's range. */
-static float in_range(const kd_field *field, float value) {
+static float in_range(const kd_field *field, float value)
+{
     if (field->min == field->max)
         return value;
     return value < (float)field->min   ? (float)field->min
@@ -173,13 +185,15 @@ static float in_range(const kd_field *field, float value) {
 }
 
 static void store(kd_world *w, kd_entity e, kd_component_id id, const kd_field *field, const void *value,
-                  size_t size) {
+                  size_t size)
+{
     char *component = kd_find_mut_id(w, e, id);
     if (component)
         memcpy(component + field->offset, value, size);
 }
 
-static void step_field(kd_world *w, const script_tween *tween, double share) {
+static void step_field(kd_world *w, const script_tween *tween, double share)
+{
     float now[MAX_NUMBERS], s = (float)share;
     const kd_field *field = &tween->access->field;
     kd_field in_radians = *field;
@@ -202,7 +216,8 @@ static void step_field(kd_world *w, const script_tween *tween, double share) {
 }
 
 static bool look_target(kd_world *w, const script_tween *tween, kd_vec3 position, kd_vec3 direction,
-                        kd_vec3 *out) {
+                        kd_vec3 *out)
+{
     const char *other = NULL;
     switch (tween->look) {
     case LOOK_ALONG: *out = kd_vec3_add(position, direction); return true;
@@ -216,7 +231,8 @@ static bool look_target(kd_world *w, const script_tween *tween, kd_vec3 position
     }
 }
 
-static void step_path(lua_State *L, const script_tween *tween, double share) {
+static void step_path(lua_State *L, const script_tween *tween, double share)
+{
     kd_world *w = script_of(L)->world;
     kd_vec3 direction, target;
     script_task_push_held(L, &tween->task);
@@ -230,7 +246,8 @@ static void step_path(lua_State *L, const script_tween *tween, double share) {
     }
 }
 
-static void step_function(lua_State *L, const script_tween *tween, double share) {
+static void step_function(lua_State *L, const script_tween *tween, double share)
+{
     script_task_push_held(L, &tween->task);
     lua_getiuservalue(L, -1, TASK_FUNCTION);
     lua_pushnumber(L, share);
@@ -238,7 +255,8 @@ static void step_function(lua_State *L, const script_tween *tween, double share)
     lua_pop(L, 1);
 }
 
-void script_tween_step(lua_State *L, script_task *task, double time_s) {
+void script_tween_step(lua_State *L, script_task *task, double time_s)
+{
     script_tween *tween = (script_tween *)task;
     kd_world *w = script_of(L)->world;
     double elapsed_s = time_s - tween->start_s;
@@ -263,7 +281,8 @@ void script_tween_step(lua_State *L, script_task *task, double time_s) {
 /* ---- paths ---- */
 
 /* kandil.path{ {x, y, z}, …, closed = true } */
-int script_path(lua_State *L) {
+int script_path(lua_State *L)
+{
     luaL_checktype(L, 1, LUA_TTABLE);
     lua_settop(L, 1);
     lua_Unsigned count = lua_rawlen(L, 1);
@@ -288,7 +307,8 @@ int script_path(lua_State *L) {
     return 1;
 }
 
-static void push_vec3(lua_State *L, kd_vec3 v) {
+static void push_vec3(lua_State *L, kd_vec3 v)
+{
     const float values[3] = {v.x, v.y, v.z};
     lua_createtable(L, 3, 0);
     for (int i = 0; i < 3; i++) {
@@ -297,14 +317,16 @@ static void push_vec3(lua_State *L, kd_vec3 v) {
     }
 }
 
-static double check_share(lua_State *L, int index) {
+static double check_share(lua_State *L, int index)
+{
     double share = luaL_checknumber(L, index);
     if (!isfinite(share))
         luaL_error(L, "the share of a path is %f; give a number from 0 to 1", share);
     return share;
 }
 
-static int path_at(lua_State *L) {
+static int path_at(lua_State *L)
+{
     kd_vec3 direction;
     const script_curve *curve = luaL_checkudata(L, 1, PATH_TYPE);
     push_vec3(L, script_curve_at(curve, check_share(L, 2), &direction));
@@ -312,7 +334,8 @@ static int path_at(lua_State *L) {
     return 2;
 }
 
-static int path_length(lua_State *L) {
+static int path_length(lua_State *L)
+{
     const script_curve *curve = luaL_checkudata(L, 1, PATH_TYPE);
     lua_pushnumber(L, (lua_Number)curve->length_m);
     return 1;
@@ -324,7 +347,8 @@ const script_function script_path_methods[] = {
     {NULL, NULL, NULL, NULL},
 };
 
-static void read_look(lua_State *L, int table, script_tween *tween) {
+static void read_look(lua_State *L, int table, script_tween *tween)
+{
     int type = lua_getfield(L, table, "look_at");
     if (type == LUA_TSTRING && strcmp(lua_tostring(L, -1), "path") == 0) {
         tween->look = LOOK_ALONG;
@@ -342,7 +366,8 @@ static void read_look(lua_State *L, int table, script_tween *tween) {
 }
 
 /* kandil.follow(entity, path, seconds, { easing, loop, look_at }) */
-int script_follow(lua_State *L) {
+int script_follow(lua_State *L)
+{
     static const char *const keys[] = {"easing", "loop", "look_at", NULL};
     kd_entity e = script_check_entity(L, 1);
     luaL_checkudata(L, 2, PATH_TYPE);
@@ -369,7 +394,8 @@ int script_follow(lua_State *L) {
     return start(L, tween);
 }
 
-void script_tween_open(lua_State *L) {
+void script_tween_open(lua_State *L)
+{
     luaL_newmetatable(L, PATH_TYPE);
     script_push_functions(L, script_path_methods);
     lua_setfield(L, -2, "__index");

@@ -21,7 +21,13 @@ void bytes_print(bytes *b, const char *format, ...) __attribute__((format(printf
 void bytes_free(bytes *b);
 
 typedef enum gltf_section {
-    GLTF_SCENES, GLTF_NODES, GLTF_MESHES, GLTF_MATERIALS, GLTF_SKINS, GLTF_ANIMATIONS, GLTF_ACCESSORS,
+    GLTF_SCENES,
+    GLTF_NODES,
+    GLTF_MESHES,
+    GLTF_MATERIALS,
+    GLTF_SKINS,
+    GLTF_ANIMATIONS,
+    GLTF_ACCESSORS,
     GLTF_VIEWS,
     GLTF_SECTION_COUNT
 } gltf_section;
@@ -36,12 +42,12 @@ typedef enum gltf_type { GLTF_U8 = 5121, GLTF_U16 = 5123, GLTF_F32 = 5126 } gltf
 typedef enum gltf_target { GLTF_PLAIN = 0, GLTF_VERTICES = 34962, GLTF_INDICES = 34963 } gltf_target;
 
 typedef struct gltf_array {
-    const void *data;    /* count * width values, tightly packed; a vertex's is a multiple of 4 bytes */
-    int count, width;    /* width: 1 SCALAR, 3 VEC3, 4 VEC4, 16 MAT4 */
+    const void *data; /* count * width values, tightly packed; a vertex's is a multiple of 4 bytes */
+    int count, width; /* width: 1 SCALAR, 3 VEC3, 4 VEC4, 16 MAT4 */
     gltf_type type;
     gltf_target target;
-    bool normalized;     /* integers stand for 0..1 */
-    bool bounds;         /* write min and max; F32 only */
+    bool normalized; /* integers stand for 0..1 */
+    bool bounds;     /* write min and max; F32 only */
 } gltf_array;
 
 /** Append one JSON element to a section, as printf does. Returns its index. */

@@ -9,8 +9,29 @@
 #include "samples/assets/vec.h"
 
 typedef enum walker_joint {
-    ROOT, HIPS, SPINE, BELLY, CHEST, NECK, HEAD, EAR_L, EAR_R, ARM_L, HAND_L, ARM_R, HAND_R,
-    THIGH_L, SHIN_L, FOOT_L, THIGH_R, SHIN_R, FOOT_R, TAIL_1, TAIL_2, TAIL_3, TAIL_4,
+    ROOT,
+    HIPS,
+    SPINE,
+    BELLY,
+    CHEST,
+    NECK,
+    HEAD,
+    EAR_L,
+    EAR_R,
+    ARM_L,
+    HAND_L,
+    ARM_R,
+    HAND_R,
+    THIGH_L,
+    SHIN_L,
+    FOOT_L,
+    THIGH_R,
+    SHIN_R,
+    FOOT_R,
+    TAIL_1,
+    TAIL_2,
+    TAIL_3,
+    TAIL_4,
     WALKER_JOINTS
 } walker_joint;
 
@@ -62,9 +83,9 @@ skin_vertex skin_vertex_make(vec3 position, vec3 normal, vec3 color, const uint8
                              const double weights[4]);
 
 typedef struct walker_pose {
-    vec3 hips;                     /* position of the hips, model space */
-    double belly;                  /* scale of the belly joint, across and along */
-    quat rotation[WALKER_JOINTS];  /* local */
+    vec3 hips;                    /* position of the hips, model space */
+    double belly;                 /* scale of the belly joint, across and along */
+    quat rotation[WALKER_JOINTS]; /* local */
 } walker_pose;
 
 typedef struct walker_clip {

@@ -133,8 +133,8 @@ static void add_quad(skin_mesh *mesh, int a, int b, int c, int d)
 {
     if (mesh->quad_count == mesh->quad_capacity)
         mesh->quads = grown(mesh->quads, &mesh->quad_capacity, sizeof *mesh->quads);
-    memcpy(mesh->quads[mesh->quad_count++], (const uint16_t[]){(uint16_t)a, (uint16_t)b, (uint16_t)c, (uint16_t)d},
-           sizeof *mesh->quads);
+    memcpy(mesh->quads[mesh->quad_count++],
+           (const uint16_t[]){(uint16_t)a, (uint16_t)b, (uint16_t)c, (uint16_t)d}, sizeof *mesh->quads);
     double ac = v_length(v_sub(position_of(mesh, a), position_of(mesh, c)));
     double bd = v_length(v_sub(position_of(mesh, b), position_of(mesh, d)));
     if (ac <= bd) {
@@ -177,7 +177,8 @@ static void add_net_vertices(net *n, skin_mesh *mesh)
         for (int y = 0; y < n->grid.ny; y++)
             for (int z = 0; z < n->grid.nz; z++) {
                 vec3 p;
-                n->vertex[x][y][z] = cell_center(n, x, y, z, &p) ? add_body_vertex(mesh, p, n->grid.step) : -1;
+                n->vertex[x][y][z] =
+                    cell_center(n, x, y, z, &p) ? add_body_vertex(mesh, p, n->grid.step) : -1;
             }
 }
 
@@ -208,7 +209,8 @@ bool walker_on_ground(const skin_vertex *vertex)
     return vertex->position[1] < (float)(coarse.step / 3);
 }
 
-/* A limit surface lies inside its cage: pushing the cage out by a seventh of a cell makes up for most of it. */
+/* A limit surface lies inside its cage: pushing the cage out by a seventh of a cell makes up for most of it.
+ */
 void walker_make_cage(skin_mesh *mesh)
 {
     make_body(mesh, &coarse);

@@ -1,6 +1,6 @@
-/* Systems bounce_prepare and bounce: `light.bounces`. A dense cell gathers, side by side, the light that arrives there; leaves
- * send it out again when light enters the tree for the next time: in the next frame, and in a frame without a past (or
- * when exactly two bounces are asked for) at once. */
+/* Systems bounce_prepare and bounce: `light.bounces`. A dense cell gathers, side by side, the light that
+ * arrives there; leaves send it out again when light enters the tree for the next time: in the next frame,
+ * and in a frame without a past (or when exactly two bounces are asked for) at once. */
 #include "systems/bounce/bounce.h"
 
 #include <math.h>
@@ -45,7 +45,8 @@ static void prepare(kd_system_context *context)
     const kd_svo *svo = kd_singleton(context->world, kd_svo);
     kd_bounce *bounce = kd_singleton(context->world, kd_bounce);
     bool keeps = keeps_entries(frame), endless = frame->settings.light_bounces == KD_BOUNCES_INF;
-    size_t cells = keeps ? (size_t)svo->cascades << (3 * KD_DENSE_LOG2) : 1, size = cells * KD_BOUNCE_WORDS * 4;
+    size_t cells = keeps ? (size_t)svo->cascades << (3 * KD_DENSE_LOG2) : 1,
+           size = cells * KD_BOUNCE_WORDS * 4;
     bool made = !bounce->entries.id || kd_gpu_buffer_size(context->gpu, bounce->entries) != size;
     if (made) {
         kd_gpu_destroy_texture(context->gpu, bounce->view);
@@ -80,14 +81,16 @@ static struct kd_bounce_params params_of(const kd_settings *s, const kd_svo *svo
         .work = {svo->mask_words[0], svo->mask_first[0], room_for_items(svo), 0},
         .frame = {bounce->frame, bounce->period, bounce->period * KD_BOUNCE_MAX_TURNS, 0},
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
-                 s->cones_max_distance > 0 ? s->cones_max_distance
-                                           : tree->span_m[tree->cascade_count - 1] * (float)tree->resolution * 1.7320508f,
+                 s->cones_max_distance > 0
+                     ? s->cones_max_distance
+                     : tree->span_m[tree->cascade_count - 1] * (float)tree->resolution * 1.7320508f,
                  s->light_ambient * s->cones_intensity},
     };
     /* A ring at the polar angle whose cosine is the weighted mean of the hemisphere's, 2/3. */
     for (int i = 0; i < KD_BOUNCE_CONES; i++) {
         float azimuth = 6.2831853f * (float)i / KD_BOUNCE_CONES, sine = sqrtf(5.0f) / 3;
-        p.cones[i] = (kd_gl_vec4){sine * cosf(azimuth), sine * sinf(azimuth), 2.0f / 3, 1.0f / KD_BOUNCE_CONES};
+        p.cones[i] =
+            (kd_gl_vec4){sine * cosf(azimuth), sine * sinf(azimuth), 2.0f / 3, 1.0f / KD_BOUNCE_CONES};
     }
     return p;
 }
@@ -121,7 +124,8 @@ static void run(kd_system_context *context)
 static kd_status init(kd_system_context *context)
 {
     bounce_state *state = context->user;
-    state->select = kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/bounce/select.comp"});
+    state->select =
+        kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/bounce/select.comp"});
     return state->select.id ? KD_OK : KD_GPU;
 }
 
@@ -147,8 +151,8 @@ kd_status kd_bounce_import(kd_schedule *s)
                                               .name = "bounce_prepare",
                                               .phase = KD_PHASE_VOXEL_TRANSFORM,
                                               .where = KD_ON_GPU,
-                                              .components = {KD_USES(kd_svo), KD_USES(kd_frame), KD_USES(kd_lighting),
-                                                             KD_CHANGES(kd_bounce)},
+                                              .components = {KD_USES(kd_svo), KD_USES(kd_frame),
+                                                             KD_USES(kd_lighting), KD_CHANGES(kd_bounce)},
                                               .resources = {{"bounce", KD_USE_COPY_WRITE}},
                                               .run_if = kd_frame_needs_voxels,
                                               .no_commands = true,
@@ -156,23 +160,24 @@ kd_status kd_bounce_import(kd_schedule *s)
                                           });
     if (status)
         return status;
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "bounce",
-                                  .phase = KD_PHASE_BOUNCE,
-                                  .where = KD_ON_GPU,
-                                  .components = {KD_USES(kd_svo), KD_USES(kd_tree), KD_USES(kd_frame), KD_USES(kd_bounce)},
-                                  .resources = {{"svo.levels", KD_USE_STORAGE_READ},
-                                                {"tree.uniform", KD_USE_UNIFORM},
-                                                {"tree.radiance", KD_USE_SAMPLED},
-                                                {"tree.nodes", KD_USE_SAMPLED},
-                                                {"tree.leaves", KD_USE_SAMPLED},
-                                                {"tree.data", KD_USE_SAMPLED},
-                                                {"bounce", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
-                                  .run_if = keeps,
-                                  .no_commands = true,
-                                  .run = run,
-                                  .init = init,
-                                  .fini = fini,
-                                  .user = state,
-                              });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "bounce",
+               .phase = KD_PHASE_BOUNCE,
+               .where = KD_ON_GPU,
+               .components = {KD_USES(kd_svo), KD_USES(kd_tree), KD_USES(kd_frame), KD_USES(kd_bounce)},
+               .resources = {{"svo.levels", KD_USE_STORAGE_READ},
+                             {"tree.uniform", KD_USE_UNIFORM},
+                             {"tree.radiance", KD_USE_SAMPLED},
+                             {"tree.nodes", KD_USE_SAMPLED},
+                             {"tree.leaves", KD_USE_SAMPLED},
+                             {"tree.data", KD_USE_SAMPLED},
+                             {"bounce", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
+               .run_if = keeps,
+               .no_commands = true,
+               .run = run,
+               .init = init,
+               .fini = fini,
+               .user = state,
+           });
 }

@@ -3,8 +3,8 @@
 
 #include "runtime/ecs/system.h"
 
-/** Register systems bounce_prepare and bounce: light that arrives at dense cells of the octree, for leaves to send out
- * again (`light.bounces` 2 or inf). */
+/** Register systems bounce_prepare and bounce: light that arrives at dense cells of the octree, for leaves to
+ * send out again (`light.bounces` 2 or inf). */
 kd_status kd_bounce_import(kd_schedule *s);
 
 #endif

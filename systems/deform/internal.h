@@ -24,13 +24,13 @@ bool deform_array_changed(const deform_array *array);
 /* The palette's private side. */
 typedef struct deform_work {
     kd_query *skins, *instances;
-    deform_array rows;      /* kd_vec4[3] */
-    deform_array items;     /* struct kd_deform_item */
-    deform_array groups;    /* uint32_t[2]: item, first vertex */
-    deform_array weights;   /* uint32_t[2]: target, bits of the float */
-    deform_array surfaces;  /* struct kd_subdivide_item */
+    deform_array rows;           /* kd_vec4[3] */
+    deform_array items;          /* struct kd_deform_item */
+    deform_array groups;         /* uint32_t[2]: item, first vertex */
+    deform_array weights;        /* uint32_t[2]: target, bits of the float */
+    deform_array surfaces;       /* struct kd_subdivide_item */
     deform_array surface_groups; /* uint32_t[2]: item, first row */
-    uint32_t *first_matrix; /* by first joint, plus one: instances that share joints share matrices */
+    uint32_t *first_matrix;      /* by first joint, plus one: instances that share joints share matrices */
     uint32_t first_matrix_capacity;
     bool rows_changed, work_changed;
 

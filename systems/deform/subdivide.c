@@ -40,8 +40,8 @@ static uint64_t subdivide_bytes(const kd_system_context *c)
     const kd_joint_palette *palette = kd_singleton(c->world, kd_joint_palette);
     const deform_work *work = palette->internal;
     /* Rows of regular patches have 16 entries. */
-    const uint64_t vertex = 2 * KD_GEOMETRY_WORDS * sizeof(uint32_t) + sizeof(kd_stencil_row) +
-                            16 * sizeof(kd_stencil);
+    const uint64_t vertex =
+        2 * KD_GEOMETRY_WORDS * sizeof(uint32_t) + sizeof(kd_stencil_row) + 16 * sizeof(kd_stencil);
     return work ? work->surface_groups.count * (uint64_t)KD_DEFORM_GROUP * vertex : 0;
 }
 

@@ -42,8 +42,8 @@ bool deform_array_changed(const deform_array *a)
 static void release(kd_joint_palette *palette)
 {
     deform_work *work = palette->internal;
-    deform_array *const arrays[] = {&work->rows, &work->items, &work->groups, &work->weights,
-                                    &work->surfaces, &work->surface_groups};
+    deform_array *const arrays[] = {&work->rows,    &work->items,    &work->groups,
+                                    &work->weights, &work->surfaces, &work->surface_groups};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
         free(arrays[i]->items);
         free(arrays[i]->previous);

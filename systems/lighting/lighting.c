@@ -1,4 +1,5 @@
-/* Systems light_inject and light_inject_again: direct light, emission and bounced light enter the leaves of the octree. */
+/* Systems light_inject and light_inject_again: direct light, emission and bounced light enter the leaves of
+ * the octree. */
 #include "systems/lighting/lighting.h"
 
 #include <stdlib.h>

@@ -16,9 +16,9 @@ kd_status resolve_tonemap_init(kd_system_context *context)
     s->tonemap = make_program(context->gpu, "shaders/resolve/tonemap.comp");
     s->luminance = make_program(context->gpu, "shaders/resolve/luminance.comp");
     s->exposure = make_program(context->gpu, "shaders/resolve/exposure.comp");
-    s->exposure_buffer =
-        kd_gpu_make_buffer(context->gpu, &(kd_gpu_buffer_desc){
-                                             .size = sizeof(float), .usage = KD_BUFFER_STREAM, .name = "exposure"});
+    s->exposure_buffer = kd_gpu_make_buffer(
+        context->gpu,
+        &(kd_gpu_buffer_desc){.size = sizeof(float), .usage = KD_BUFFER_STREAM, .name = "exposure"});
     bool made =
         s->tonemap.id != 0 && s->luminance.id != 0 && s->exposure.id != 0 && s->exposure_buffer.id != 0;
     return made ? KD_OK : KD_GPU;

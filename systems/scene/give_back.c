@@ -1,6 +1,6 @@
-/* Characters come and go; what they hold in the store is given back. A component that goes raises a flag, and the
- * next frame marks what entities still refer to and frees the rest: no counts to keep in step, and copies of an
- * entity, which share its parts, keep them alive. A frame in which nothing has gone costs one test. */
+/* Characters come and go; what they hold in the store is given back. A component that goes raises a flag, and
+ * the next frame marks what entities still refer to and frees the rest: no counts to keep in step, and copies
+ * of an entity, which share its parts, keep them alive. A frame in which nothing has gone costs one test. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -130,9 +130,9 @@ static const kd_component_desc *const watched[] = {&kd_mesh_instance_desc, &kd_s
 
 kd_status scene_give_back_init(kd_world *w, scene_internal *in)
 {
-    in->holders = kd_query_make(
-        w, &(kd_query_desc){.terms = {KD_READ(kd_mesh_instance), KD_OPTIONAL(kd_skin_instance)},
-                            .name = "scene.holders"});
+    in->holders =
+        kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(kd_mesh_instance), KD_OPTIONAL(kd_skin_instance)},
+                                          .name = "scene.holders"});
     in->players =
         kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(kd_animation)}, .name = "scene.players"});
     kd_status status = in->holders && in->players ? KD_OK : KD_NO_MEMORY;

@@ -36,9 +36,10 @@ void kd_scene_override_material(kd_world *w, kd_entity root, uint32_t material);
  *  seconds. Errors KD_NOT_FOUND, the message lists the clips. */
 kd_status kd_scene_play(kd_world *w, kd_entity root, const char *clip, bool loop, float speed, float blend_s);
 
-/** Find a clip of the instance by name (NULL or "": the first): its number in kd_animation.clip, and its length.
- *  Errors as kd_scene_play */
-kd_status kd_scene_find_clip(kd_world *w, kd_entity root, const char *clip, uint32_t *number, float *length_s);
+/** Find a clip of the instance by name (NULL or "": the first): its number in kd_animation.clip, and its
+ * length. Errors as kd_scene_play */
+kd_status kd_scene_find_clip(kd_world *w, kd_entity root, const char *clip, uint32_t *number,
+                             float *length_s);
 
 /** Lay a clip over the instance's pose, fading in over blend_s.
  *  layer  1 … KD_ANIMATION_LAYERS; what it played before is replaced
@@ -53,8 +54,9 @@ typedef struct kd_scene_layer {
 } kd_scene_layer;
 kd_status kd_scene_play_layer(kd_world *w, kd_entity root, const kd_scene_layer *play);
 
-/** Copy an entity and what hangs below it, as last child of `parent` (KD_NO_ENTITY: as a root); instances among
- * it move and deform on their own. Errors as kd_instantiate, TOO_LARGE for more vertices than a draw can name */
+/** Copy an entity and what hangs below it, as last child of `parent` (KD_NO_ENTITY: as a root); instances
+ * among it move and deform on their own. Errors as kd_instantiate, TOO_LARGE for more vertices than a draw
+ * can name */
 kd_status kd_scene_clone(kd_world *w, kd_entity prototype, kd_entity parent, kd_entity *out);
 
 /** Register systems scene_upload, draw_list, draw_upload and camera. */

@@ -1,6 +1,6 @@
-/* The scene store: arrays numbered by those who refer to them. What models bring is added at their ends and stays. Ranges of the GPU streams are
- * reserved here, at registration; system scene_upload fills them. Room is made before anything is written, so
- * that a failed registration leaves the store as it was. */
+/* The scene store: arrays numbered by those who refer to them. What models bring is added at their ends and
+ * stays. Ranges of the GPU streams are reserved here, at registration; system scene_upload fills them. Room
+ * is made before anything is written, so that a failed registration leaves the store as it was. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -137,7 +137,8 @@ static kd_status add_primitive(kd_scene_store *s, const kd_primitive_desc *desc,
     const kd_subdivision *subdivision = desc->subdivision;
     const uint32_t own = desc->vertex_count + cage_count(desc);
     /* A limit point is a mean of cage vertices, so that their reach bounds it. */
-    kd_status status = scene_reach_add(in, subdivision ? subdivision->cage : desc, morph_count, &in->reach[s->primitive_count]);
+    kd_status status = scene_reach_add(in, subdivision ? subdivision->cage : desc, morph_count,
+                                       &in->reach[s->primitive_count]);
     if (status != KD_OK)
         return status;
     bool skinned = desc->joints && desc->weights && in->reach[s->primitive_count].joint_box_count;

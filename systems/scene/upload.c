@@ -77,7 +77,8 @@ static void write_words(kd_gpu *gpu, kd_gpu_buffer buffer, uint32_t first, uint3
 
 /* Upload what deforms: the vertices of a primitive, or those of its cage, which stand behind them. */
 static void upload_vertices(kd_gpu *gpu, const kd_scene_store *s, const kd_store_primitive *p,
-                            const kd_primitive_desc *desc, uint32_t morph_count, uint32_t behind, uint32_t *words)
+                            const kd_primitive_desc *desc, uint32_t morph_count, uint32_t behind,
+                            uint32_t *words)
 {
     uint32_t n = desc->vertex_count;
     scene_pack_geometry(desc, words);
@@ -88,26 +89,28 @@ static void upload_vertices(kd_gpu *gpu, const kd_scene_store *s, const kd_store
     }
     for (uint32_t t = 0; t < morph_count; t++) {
         scene_pack_morph(desc, t, words);
-        write_words(gpu, s->morphs, p->first_morph_vertex + morph_count * behind + t * n, n, KD_MORPH_WORDS, words);
+        write_words(gpu, s->morphs, p->first_morph_vertex + morph_count * behind + t * n, n, KD_MORPH_WORDS,
+                    words);
     }
 }
 
 /* Rows count stencils from the primitive's first; on the GPU they count from the first of all. */
-static void upload_rows(kd_gpu *gpu, const kd_store_primitive *p, const kd_primitive_desc *desc, kd_scene_store *s,
-                        uint32_t *words)
+static void upload_rows(kd_gpu *gpu, const kd_store_primitive *p, const kd_primitive_desc *desc,
+                        kd_scene_store *s, uint32_t *words)
 {
     const kd_subdivision *from = desc->subdivision;
     kd_stencil_row *rows = (kd_stencil_row *)(void *)words;
     memcpy(rows, from->rows, desc->vertex_count * sizeof *rows);
     for (uint32_t v = 0; v < desc->vertex_count; v++)
         rows[v].first += p->first_stencil;
-    kd_gpu_write_buffer(gpu, s->stencil_rows, p->first_row * sizeof *rows, rows, desc->vertex_count * sizeof *rows);
+    kd_gpu_write_buffer(gpu, s->stencil_rows, p->first_row * sizeof *rows, rows,
+                        desc->vertex_count * sizeof *rows);
     kd_gpu_write_buffer(gpu, s->stencils, p->first_stencil * sizeof(kd_stencil), from->stencils,
                         from->stencil_count * sizeof(kd_stencil));
 }
 
-static void upload_primitive(kd_gpu *gpu, kd_scene_store *s, const kd_store_primitive *p, const kd_primitive_desc *desc,
-                             uint32_t morph_count, uint32_t *words)
+static void upload_primitive(kd_gpu *gpu, kd_scene_store *s, const kd_store_primitive *p,
+                             const kd_primitive_desc *desc, uint32_t morph_count, uint32_t *words)
 {
     upload_vertices(gpu, s, p, desc, morph_count, 0, words);
     scene_pack_attributes(desc, words);

@@ -258,26 +258,25 @@ static bool filters_again(kd_system_context *context)
 /* Once for the light that has entered, and once more when bounced light has entered in the same frame. */
 static kd_status add_filter(kd_schedule *s, svo_state *state, bool again)
 {
-    return kd_schedule_add(
-        s, &(kd_system_desc){
-               .name = again ? "svo_filter_again" : "svo_filter",
-               .phase = again ? KD_PHASE_BOUNCE_FILTER : KD_PHASE_SVO_FILTER,
-               .where = KD_ON_GPU,
-               .components = {KD_USES(kd_svo), KD_USES(kd_frame), KD_USES(kd_bounce)},
-               .resources = {{"svo.levels", KD_USE_STORAGE_READ},
-                             {"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                             {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_INDIRECT |
-                                                  KD_USE_COPY_WRITE},
-                             {"tree.uniform", KD_USE_UNIFORM},
-                             {"tree.nodes", KD_USE_STORAGE_READ},
-                             {"tree.leaves", KD_USE_STORAGE_READ},
-                             {"tree.data", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                             {"tree.radiance", KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE}},
-               .run_if = again ? filters_again : kd_frame_needs_voxels,
-               .no_commands = true,
-               .run = filter,
-               .user = state,
-           });
+    return kd_schedule_add(s, &(kd_system_desc){
+                                  .name = again ? "svo_filter_again" : "svo_filter",
+                                  .phase = again ? KD_PHASE_BOUNCE_FILTER : KD_PHASE_SVO_FILTER,
+                                  .where = KD_ON_GPU,
+                                  .components = {KD_USES(kd_svo), KD_USES(kd_frame), KD_USES(kd_bounce)},
+                                  .resources = {{"svo.levels", KD_USE_STORAGE_READ},
+                                                {"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                                                {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE |
+                                                                     KD_USE_INDIRECT | KD_USE_COPY_WRITE},
+                                                {"tree.uniform", KD_USE_UNIFORM},
+                                                {"tree.nodes", KD_USE_STORAGE_READ},
+                                                {"tree.leaves", KD_USE_STORAGE_READ},
+                                                {"tree.data", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                                                {"tree.radiance", KD_USE_IMAGE_READ | KD_USE_IMAGE_WRITE}},
+                                  .run_if = again ? filters_again : kd_frame_needs_voxels,
+                                  .no_commands = true,
+                                  .run = filter,
+                                  .user = state,
+                              });
 }
 
 kd_status kd_svo_import(kd_schedule *s)

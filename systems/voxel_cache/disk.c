@@ -27,8 +27,8 @@ static bool use_folder(voxel_disk *disk, const char *base, const char *below)
 
 void disk_init(voxel_disk *disk, const kd_gpu_info *driver)
 {
-    disk->driver = XXH64(driver->version, strlen(driver->version),
-                         XXH64(driver->renderer, strlen(driver->renderer), 0));
+    disk->driver =
+        XXH64(driver->version, strlen(driver->version), XXH64(driver->renderer, strlen(driver->renderer), 0));
     if (getenv("KANDIL_CACHE"))
         use_folder(disk, getenv("KANDIL_CACHE"), "");
     else if (!use_folder(disk, getenv("XDG_CACHE_HOME"), "/kandil/voxels"))
@@ -55,7 +55,8 @@ bool disk_open(const voxel_disk *disk, kd_voxel_key key, kd_voxel_file *file)
         return true;
     }
     if (status != KD_NOT_FOUND)
-        kd_log(KD_LOG_INFO, "%s: %s; it is made anew", path, status ? why : "it is stale: it holds other voxels");
+        kd_log(KD_LOG_INFO, "%s: %s; it is made anew", path,
+               status ? why : "it is stale: it holds other voxels");
     kd_voxel_file_close(file);
     return false;
 }
@@ -63,8 +64,8 @@ bool disk_open(const voxel_disk *disk, kd_voxel_key key, kd_voxel_file *file)
 static void give_up(voxel_disk *disk)
 {
     if (!disk->broken)
-        kd_log(KD_LOG_WARNING, "%s: voxels cannot be kept there: %s; the next start makes them again", disk->folder,
-               strerror(errno));
+        kd_log(KD_LOG_WARNING, "%s: voxels cannot be kept there: %s; the next start makes them again",
+               disk->folder, strerror(errno));
     disk->broken = true;
 }
 
@@ -149,8 +150,8 @@ static kept_file *list_files(DIR *folder, size_t *count, uint64_t *bytes)
     *bytes = 0;
     for (const struct dirent *entry; (entry = readdir(folder));) {
         struct stat info;
-        if (!is_ours(entry->d_name) || fstatat(dirfd(folder), entry->d_name, &info, AT_SYMLINK_NOFOLLOW) != 0 ||
-            !S_ISREG(info.st_mode))
+        if (!is_ours(entry->d_name) ||
+            fstatat(dirfd(folder), entry->d_name, &info, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(info.st_mode))
             continue;
         if (*count == capacity) {
             capacity = capacity ? capacity * 2 : 256;

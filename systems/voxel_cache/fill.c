@@ -1,5 +1,6 @@
-/* Free cells are joined in runs along x: runs that touch in neighbouring rows belong together, those at a border belong to the
- * outside, and what remains is inside. A surface of n cells has about n runs, however large the grid is. */
+/* Free cells are joined in runs along x: runs that touch in neighbouring rows belong together, those at a
+ * border belong to the outside, and what remains is inside. A surface of n cells has about n runs, however
+ * large the grid is. */
 #include "systems/voxel_cache/fill.h"
 
 #include <stdbool.h>

@@ -8,12 +8,14 @@
 #include "runtime/core/log.h"
 #include "runtime/gpu/source.h"
 
-/* Raised when code outside of the shaders changes what voxels look like: columns.c, maker.c, pack.c of the scene. */
+/* Raised when code outside of the shaders changes what voxels look like: columns.c, maker.c, pack.c of the
+ * scene. */
 #define MAKER_VERSION 2u
 
 kd_status keys_init(voxel_keys *keys)
 {
-    static const char *const paths[] = {"shaders/voxel_cache/mark.comp", "shaders/voxel_cache/accumulate.comp",
+    static const char *const paths[] = {"shaders/voxel_cache/mark.comp",
+                                        "shaders/voxel_cache/accumulate.comp",
                                         "shaders/voxel_cache/pack.comp", "shaders/voxel_cache/bind.comp"};
     XXH64_state_t *state = XXH64_createState();
     kd_status status = state ? KD_OK : KD_NO_MEMORY;
@@ -99,24 +101,26 @@ static bool hash_map(voxel_keys *keys, const kd_scene_store *store, const kd_tex
         *pixels = hash_array(image->width, image->rgba, (size_t)image->width * image->height * 4) | 1;
     const float place[5] = {map->offset.x, map->offset.y, map->scale.x, map->scale.y, map->rotation};
     const uint32_t how[4] = {map->uv_set, map->wrap_s, map->wrap_t, map->nearest};
-    *hash = hash_array(hash_array(hash_array(*hash, pixels, sizeof *pixels), place, sizeof place), how, sizeof how);
+    *hash = hash_array(hash_array(hash_array(*hash, pixels, sizeof *pixels), place, sizeof place), how,
+                       sizeof how);
     return true;
 }
 
-static bool hash_material(voxel_keys *keys, const kd_scene_store *store, const kd_material_desc *m, uint64_t *hash)
+static bool hash_material(voxel_keys *keys, const kd_scene_store *store, const kd_material_desc *m,
+                          uint64_t *hash)
 {
     const float cutoff = m->alpha_mode == KD_ALPHA_MASK ? m->alpha_cutoff : 0;
     const uint32_t how[2] = {m->alpha_mode, m->double_sided};
-    *hash = hash_array(hash_array(hash_array(*hash, &m->base_color, sizeof m->base_color), how, sizeof how), &cutoff,
-                       sizeof cutoff);
+    *hash = hash_array(hash_array(hash_array(*hash, &m->base_color, sizeof m->base_color), how, sizeof how),
+                       &cutoff, sizeof cutoff);
     if (!hash_map(keys, store, &m->base_color_map, hash))
         return false;
     *hash += 0x85EBCA77C2B2AE63u; /* the same map as the other is something else */
     return hash_map(keys, store, &m->emissive_map, hash);
 }
 
-bool keys_of(voxel_keys *keys, const kd_scene_store *store, const kd_voxel_scene *scene, const kd_voxel_cache *c,
-             kd_voxel_key *out)
+bool keys_of(voxel_keys *keys, const kd_scene_store *store, const kd_voxel_scene *scene,
+             const kd_voxel_cache *c, kd_voxel_key *out)
 {
     uint64_t material = keys->program;
     if (!reserve(&keys->primitives, &keys->primitive_capacity, c->primitive + 1) ||

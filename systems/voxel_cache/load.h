@@ -6,14 +6,14 @@
 
 /* Levels of .kvox files on their way to caches: opened one by one, unpacked together by all workers. */
 typedef struct voxel_load {
-    uint32_t cache;              /* kd_voxel_scene.caches */
+    uint32_t cache; /* kd_voxel_scene.caches */
     kd_voxel_key key;
-    kd_voxel_file own;           /* a file of the disk cache; empty when `file` is somebody else's */
+    kd_voxel_file own; /* a file of the disk cache; empty when `file` is somebody else's */
     const kd_voxel_file *file;
     const kd_voxel_level *level;
-    kd_voxel_words words;        /* of all its blocks, one after the other */
-    uint32_t *starts;            /* [block_count]: first word of each block */
-    _Atomic uint32_t failed;     /* blocks that could not be read */
+    kd_voxel_words words;    /* of all its blocks, one after the other */
+    uint32_t *starts;        /* [block_count]: first word of each block */
+    _Atomic uint32_t failed; /* blocks that could not be read */
 } voxel_load;
 
 typedef struct voxel_loads {

@@ -1,5 +1,5 @@
-/* A cache is cut into chunks of at most 1024 cells an axis, so that a cell fits 10:10:10, and of no more cells and voxels
- * than the largest buffers hold while they are made. None is dropped. */
+/* A cache is cut into chunks of at most 1024 cells an axis, so that a cell fits 10:10:10, and of no more
+ * cells and voxels than the largest buffers hold while they are made. None is dropped. */
 #include "systems/voxel_cache/maker.h"
 
 #include <math.h>
@@ -82,8 +82,7 @@ static kd_status make_chunk(const making *m, const cell_box *box)
         chunk.size[k] = (uint32_t)(box->high[k] - box->low[k]);
         (&chunk.origin.x)[k] = (&m->cache->phase.x)[k] + (float)box->low[k] * m->cache->span;
     }
-    kd_status status =
-        voxelizer_run(m->gpu, &m->maker->voxelizer, m->store, m->cache, m->scene, &chunk);
+    kd_status status = voxelizer_run(m->gpu, &m->maker->voxelizer, m->store, m->cache, m->scene, &chunk);
     if (status || chunk.count == 0 || push_chunk(m->maker, &chunk))
         return status;
     return give_chunk(m->scene, &chunk);
@@ -98,7 +97,8 @@ static int longest_axis(const cell_box *box)
     return axis;
 }
 
-/* Cut the longest axis, at a whole number of chunks as long as there are several, until the parts can be made. */
+/* Cut the longest axis, at a whole number of chunks as long as there are several, until the parts can be
+ * made. */
 static kd_status make_box(const making *m, const cell_box *box, bool whole)
 {
     for (int k = 0; k < 3; k++)
@@ -235,8 +235,8 @@ static kd_status write_chunk(kd_gpu *gpu, const kd_voxel_scene *scene, const kd_
     return status;
 }
 
-kd_status maker_write(kd_gpu *gpu, const kd_voxel_scene *scene, const kd_voxel_cache *cache, kd_voxel_level level,
-                      kd_voxel_writer *writer)
+kd_status maker_write(kd_gpu *gpu, const kd_voxel_scene *scene, const kd_voxel_cache *cache,
+                      kd_voxel_level level, kd_voxel_writer *writer)
 {
     level.kind = cache->kind;
     level.flags = scene->voxelize_flags;

@@ -16,8 +16,8 @@ typedef struct cache_maker {
 kd_status maker_init(kd_gpu *gpu, cache_maker *maker);
 void maker_fini(kd_gpu *gpu, cache_maker *maker, kd_voxel_scene *scene);
 
-/** Voxelize a cache's primitive and enter its chunks into the scene. It counts as made whatever happens; parts that could
- *  not be made are left out. Errors as voxelizer_run */
+/** Voxelize a cache's primitive and enter its chunks into the scene. It counts as made whatever happens;
+ * parts that could not be made are left out. Errors as voxelizer_run */
 kd_status maker_make(kd_gpu *gpu, cache_maker *maker, const kd_scene_store *store, kd_voxel_scene *scene,
                      kd_voxel_cache *cache);
 
@@ -26,7 +26,7 @@ kd_status maker_load(kd_gpu *gpu, cache_maker *maker, kd_voxel_scene *scene, con
                      kd_voxel_cache *cache);
 
 /** Read a cache's voxels back and add them to a file as a level. Waits for the GPU. Errors KD_NO_MEMORY */
-kd_status maker_write(kd_gpu *gpu, const kd_voxel_scene *scene, const kd_voxel_cache *cache, kd_voxel_level level,
-                      kd_voxel_writer *writer);
+kd_status maker_write(kd_gpu *gpu, const kd_voxel_scene *scene, const kd_voxel_cache *cache,
+                      kd_voxel_level level, kd_voxel_writer *writer);
 
 #endif

@@ -1,5 +1,5 @@
-/* System voxel_cache: makes the caches that system voxel_objects asked for (entries of kd_voxel_scene.caches that are not made
- * yet), in model space, once per primitive and span. A steady frame finds nothing to do. */
+/* System voxel_cache: makes the caches that system voxel_objects asked for (entries of kd_voxel_scene.caches
+ * that are not made yet), in model space, once per primitive and span. A steady frame finds nothing to do. */
 #include "systems/voxel_cache/voxel_cache.h"
 
 #include <stdlib.h>
@@ -32,7 +32,8 @@ typedef struct cache_state {
 static void warn(kd_status status)
 {
     if (status)
-        kd_log(KD_LOG_WARNING, "a primitive could not be voxelized whole: %s; indirect light lacks what is missing",
+        kd_log(KD_LOG_WARNING,
+               "a primitive could not be voxelized whole: %s; indirect light lacks what is missing",
                kd_status_text(status));
 }
 
@@ -226,22 +227,22 @@ kd_status kd_voxel_cache_import(kd_schedule *s)
     cache_state *state = calloc(1, sizeof *state);
     if (!state)
         return KD_NO_MEMORY;
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "voxel_cache",
-                                  .phase = KD_PHASE_VOXEL_IO,
-                                  .where = KD_ON_GPU,
-                                  .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame)},
-                                  .resources = {{"scene.vertices", KD_USE_STORAGE_READ},
-                                                {"scene.indices", KD_USE_STORAGE_READ},
-                                                {"scene.static", KD_USE_STORAGE_READ},
-                                                {"voxels.cache",
-                                                 KD_USE_STORAGE_WRITE | KD_USE_COPY_READ | KD_USE_COPY_WRITE},
-                                                {"voxels.chunks", KD_USE_COPY_WRITE}},
-                                  .run_if = anything_to_do,
-                                  .no_commands = true,
-                                  .run = run,
-                                  .init = init,
-                                  .fini = fini,
-                                  .user = state,
-                              });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "voxel_cache",
+               .phase = KD_PHASE_VOXEL_IO,
+               .where = KD_ON_GPU,
+               .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame)},
+               .resources = {{"scene.vertices", KD_USE_STORAGE_READ},
+                             {"scene.indices", KD_USE_STORAGE_READ},
+                             {"scene.static", KD_USE_STORAGE_READ},
+                             {"voxels.cache", KD_USE_STORAGE_WRITE | KD_USE_COPY_READ | KD_USE_COPY_WRITE},
+                             {"voxels.chunks", KD_USE_COPY_WRITE}},
+               .run_if = anything_to_do,
+               .no_commands = true,
+               .run = run,
+               .init = init,
+               .fini = fini,
+               .user = state,
+           });
 }

@@ -1,6 +1,6 @@
-/* Caches are shared by all objects of one primitive whose voxels lie alike: a table finds them by primitive, material, kind,
- * tile and the place of the lattice. An object says in every run which caches it wants; what nothing has wanted for some
- * time gives its voxels back. */
+/* Caches are shared by all objects of one primitive whose voxels lie alike: a table finds them by primitive,
+ * material, kind, tile and the place of the lattice. An object says in every run which caches it wants; what
+ * nothing has wanted for some time gives its voxels back. */
 #include "systems/voxel_pages/caches.h"
 
 #include <math.h>
@@ -12,11 +12,12 @@
 /* Runs for which a cache stays after its last use: what leaves a cascade often comes back soon. */
 #define KEEP_RUNS 64
 
-/* Steps of a voxel's edge in which places of the lattice are told apart. Objects of one step share a cache; a voxel off by
- * half a step sheds less than a share of its splat that counts. */
+/* Steps of a voxel's edge in which places of the lattice are told apart. Objects of one step share a cache; a
+ * voxel off by half a step sheds less than a share of its splat that counts. */
 #define PHASE_STEPS 64
 
-/* Deforming meshes are not cut into tiles: where one is larger than this many cells, its voxels are coarser. */
+/* Deforming meshes are not cut into tiles: where one is larger than this many cells, its voxels are coarser.
+ */
 #define DEFORMING_CELLS 2048
 
 bool caches_same_tile(kd_voxel_tile a, kd_voxel_tile b)

@@ -5,7 +5,7 @@
 
 /* Which caches there are, by what they were made of. */
 typedef struct voxel_caches {
-    uint32_t *heads; /* cache plus one, chained through kd_voxel_cache.next */
+    uint32_t *heads;     /* cache plus one, chained through kd_voxel_cache.next */
     uint32_t head_count; /* a power of two */
     uint32_t capacity;   /* of kd_voxel_scene.caches */
     uint32_t free_head;  /* free entries, chained likewise */
@@ -13,7 +13,8 @@ typedef struct voxel_caches {
     uint32_t run; /* of system voxel_objects */
 } voxel_caches;
 
-/** Choose or ask for the cache of an object in cascade c, and note that it is wanted in this run. Errors KD_NO_MEMORY */
+/** Choose or ask for the cache of an object in cascade c, and note that it is wanted in this run. Errors
+ * KD_NO_MEMORY */
 kd_status caches_want(voxel_caches *table, kd_voxel_scene *scene, kd_voxel_object *object, uint32_t c);
 
 /** End a run: give back caches that nothing has wanted for KD_CACHE_KEEP runs. */

@@ -7,14 +7,14 @@
 #include "components/voxel_scene.h"
 #include "systems/voxel_pages/caches.h"
 
-/* The table of voxel objects, kept up with the draw list: which primitives of which entities are in the voxel scene, in
- * which layer, and through which caches. */
+/* The table of voxel objects, kept up with the draw list: which primitives of which entities are in the voxel
+ * scene, in which layer, and through which caches. */
 typedef struct voxel_objects {
-    uint32_t *slots;      /* open addressing: object plus one, by entity and primitive */
-    uint32_t slot_count;  /* a power of two */
-    uint32_t used;        /* slots taken, also by objects that have left: their slots keep probe chains whole */
-    uint32_t capacity;    /* of kd_voxel_scene.objects */
-    uint32_t free_head;   /* free objects are chained through kd_voxel_object.primitive, plus one */
+    uint32_t *slots;     /* open addressing: object plus one, by entity and primitive */
+    uint32_t slot_count; /* a power of two */
+    uint32_t used;      /* slots taken, also by objects that have left: their slots keep probe chains whole */
+    uint32_t capacity;  /* of kd_voxel_scene.objects */
+    uint32_t free_head; /* free objects are chained through kd_voxel_object.primitive, plus one */
     uint32_t live;
     voxel_caches caches;
 } voxel_objects;
@@ -29,14 +29,15 @@ typedef struct voxel_sight {
     const kd_primitive_desc *desc;
     kd_mat4 model_ws;
     uint32_t first_matrix;
-    float scale;             /* largest stretch from model space to the world */
+    float scale; /* largest stretch from model space to the world */
     kd_voxel_tile tile;
-    uint32_t cascades;       /* bits of the cascades in which it may stand */
-    bool dynamic;            /* known to have moved, through the primitive that a tile is part of */
+    uint32_t cascades; /* bits of the cascades in which it may stand */
+    bool dynamic;      /* known to have moved, through the primitive that a tile is part of */
     kd_vec3 bounds_min_ws, bounds_max_ws;
 } voxel_sight;
 
-/** Enter what is seen this frame into the table; marks it seen. May move kd_voxel_scene.objects. Errors KD_NO_MEMORY */
+/** Enter what is seen this frame into the table; marks it seen. May move kd_voxel_scene.objects. Errors
+ * KD_NO_MEMORY */
 kd_status objects_see(voxel_objects *table, kd_voxel_scene *scene, const voxel_sight *sight);
 
 /** Free the entry of an object that has left all pages. */

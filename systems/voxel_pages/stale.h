@@ -9,7 +9,7 @@
 typedef struct stale_parts {
     struct kd_stale_box *boxes; /* from the cascade's low corner */
     uint32_t count, capacity;
-    uint32_t *bits; /* of dense cells, by wrapped Morton code */
+    uint32_t *bits;    /* of dense cells, by wrapped Morton code */
     uint32_t *patches; /* words of leaf parents with stale cells */
     uint32_t patch_count;
     bool all;

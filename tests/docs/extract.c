@@ -30,7 +30,8 @@ static const char head[] = "#include <setjmp.h>\n"
                            "#include \"runtime/ecs/validate.h\"\n"
                            "#include \"runtime/jobs/graph.h\"\n";
 
-static void begin_example(FILE *out, const char *chapter, int line) {
+static void begin_example(FILE *out, const char *chapter, int line)
+{
     fprintf(out,
             "static void example_at_line_%d(void **state) {\n"
             "    kd_world *w = kd_world_make();\n"
@@ -42,11 +43,13 @@ static void begin_example(FILE *out, const char *chapter, int line) {
             line, line + 1, chapter);
 }
 
-static void end_example(FILE *out) {
+static void end_example(FILE *out)
+{
     fputs("    }\n    kd_world_destroy(w);\n    kd_jobs_destroy(jobs);\n}\n", out);
 }
 
-static void write_main(FILE *out, const int *lines, int count) {
+static void write_main(FILE *out, const int *lines, int count)
+{
     fputs("int main(void) {\n    const struct CMUnitTest tests[] = {\n", out);
     for (int i = 0; i < count; i++)
         fprintf(out, "        cmocka_unit_test(example_at_line_%d),\n", lines[i]);
@@ -54,7 +57,8 @@ static void write_main(FILE *out, const int *lines, int count) {
 }
 
 /* Returns false when the chapter has no example or a block does not end. */
-static bool extract(FILE *in, FILE *out, const char *chapter) {
+static bool extract(FILE *in, FILE *out, const char *chapter)
+{
     enum { TEXT, EXAMPLE, FILE_SCOPE, OTHER } inside = TEXT;
     char line[MAX_LINE];
     int lines[MAX_EXAMPLES], count = 0;
@@ -81,7 +85,8 @@ static bool extract(FILE *in, FILE *out, const char *chapter) {
     return inside == TEXT && count > 0 && count < MAX_EXAMPLES;
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     FILE *in = argc == 3 ? fopen(argv[1], "r") : NULL, *out = in ? fopen(argv[2], "w") : NULL;
     bool ok = out && extract(in, out, argv[1]);
     if (in)

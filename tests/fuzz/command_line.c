@@ -1,5 +1,5 @@
-/* The program against its surroundings: pipes, devices, full disks, limits, closed streams, a missing encoder,
- * signals. Each ends with the promised exit code, one message at most, and nothing half written. */
+/* The program against its surroundings: pipes, devices, full disks, limits, closed streams, a missing
+ * encoder, signals. Each ends with the promised exit code, one message at most, and nothing half written. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -16,16 +16,20 @@ static char folder[64];
 static const char scene[] =
     "kandil.scene { size = {64, 48}, fps = 10, seconds = 0.2, gi = 'none' }\n"
     "kandil.spawn { mesh = { shape = 'box' }, transform = { position = {0, 0.6, 0} } }\n"
-    "kandil.spawn { light = { type = 'directional', intensity = 3 }, transform = { look_at = {0.3, -1, -0.4} } "
+    "kandil.spawn { light = { type = 'directional', intensity = 3 }, transform = { look_at = {0.3, -1, -0.4} "
+    "} "
     "}\n"
-    "kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 1, 4}, look_at = {0, 0, 0} } }\n";
+    "kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 1, 4}, look_at = {0, 0, 0} } "
+    "}\n";
 
-static bool write_file(const char *name, const char *text) {
+static bool write_file(const char *name, const char *text)
+{
     FILE *file = fopen(name, "wb");
     return file && fputs(text, file) >= 0 && fclose(file) == 0;
 }
 
-static int open_folder(void **state) {
+static int open_folder(void **state)
+{
     (void)state;
     strcpy(folder, "/tmp/kandil-command-XXXXXX");
     bool made = mkdtemp(folder) && chdir(folder) == 0 && write_file("s.lua", scene);
@@ -36,7 +40,8 @@ static int open_folder(void **state) {
                : -1;
 }
 
-static int close_folder(void **state) {
+static int close_folder(void **state)
+{
     char command[128];
     (void)state;
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
@@ -44,7 +49,8 @@ static int close_folder(void **state) {
 }
 
 /* Run `BEFORE; exec kandil ARGUMENTS AFTER` in a shell, so that limits and streams can be set. */
-static int run(const char *before, const char *arguments, const char *after, program *out) {
+static int run(const char *before, const char *arguments, const char *after, program *out)
+{
     char command[1024];
     *out = (program){.deadline = program_clock_s() + 6 * PROGRAM_LIMIT_S};
     strcpy(out->said_path, "said");
@@ -61,7 +67,8 @@ static int run(const char *before, const char *arguments, const char *after, pro
     return out->code;
 }
 
-static bool is_left_over(void) {
+static bool is_left_over(void)
+{
     return system("ls -a | grep -qE '^[.]kandil-|[.]part'") == 0;
 }
 
@@ -71,7 +78,8 @@ typedef struct row {
     const char *says; /* NULL: nothing at all */
 } row;
 
-static void check(const row *rows, size_t count) {
+static void check(const row *rows, size_t count)
+{
     for (size_t i = 0; i < count; i++) {
         program p;
         int code = run(rows[i].before, rows[i].arguments, rows[i].after, &p);
@@ -82,7 +90,8 @@ static void check(const row *rows, size_t count) {
     }
 }
 
-static void outputs_that_cannot_be_written_are_one_message(void **state) {
+static void outputs_that_cannot_be_written_are_one_message(void **state)
+{
     (void)state;
     static const row rows[] = {
         {":", "run s.lua --frames 1 --out full.png", "", 1, "no space left"},
@@ -101,7 +110,8 @@ static void outputs_that_cannot_be_written_are_one_message(void **state) {
     check(rows, sizeof rows / sizeof *rows);
 }
 
-static void closed_streams_and_bare_environments_do_no_harm(void **state) {
+static void closed_streams_and_bare_environments_do_no_harm(void **state)
+{
     (void)state;
     static const row rows[] = {
         {":", "run s.lua --frames 1 --out b.png", ">&-", 0, NULL},
@@ -114,7 +124,8 @@ static void closed_streams_and_bare_environments_do_no_harm(void **state) {
 }
 
 /* Each signal that asks to end does so after the frame, with what is finished kept. */
-static void signals_end_the_run_in_order(void **state) {
+static void signals_end_the_run_in_order(void **state)
+{
     (void)state;
     static const int signals[] = {SIGTERM, SIGHUP};
     for (size_t i = 0; i < sizeof signals / sizeof *signals; i++) {
@@ -135,7 +146,8 @@ static void signals_end_the_run_in_order(void **state) {
     }
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(outputs_that_cannot_be_written_are_one_message),
         cmocka_unit_test(closed_streams_and_bare_environments_do_no_harm),

@@ -21,25 +21,29 @@ static char folder[64];
 static char *files[MAX_FILES];
 static size_t file_count;
 
-static bool ends_with(const char *text, const char *end) {
+static bool ends_with(const char *text, const char *end)
+{
     size_t n = strlen(text), m = strlen(end);
     return n >= m && strcmp(text + n - m, end) == 0;
 }
 
-static int collect(const char *path, const struct stat *info, int kind) {
+static int collect(const char *path, const struct stat *info, int kind)
+{
     (void)info;
     if (kind == FTW_F && (ends_with(path, ".gltf") || ends_with(path, ".glb")) && file_count < MAX_FILES)
         files[file_count++] = strdup(path);
     return 0;
 }
 
-static int open_folder(void **state) {
+static int open_folder(void **state)
+{
     (void)state;
     strcpy(folder, "/tmp/kandil-hostile-XXXXXX");
     return mkdtemp(folder) ? ftw(HOSTILE, collect, 16) : -1;
 }
 
-static int close_folder(void **state) {
+static int close_folder(void **state)
+{
     (void)state;
     for (size_t i = 0; i < file_count; i++)
         free(files[i]);
@@ -59,7 +63,8 @@ typedef struct task {
     const char *(*judge)(const job *j);
 } task;
 
-static const char *judge_end(const job *j) {
+static const char *judge_end(const job *j)
+{
     if (j->run.timed_out)
         return "did not end in time";
     if (j->run.code != 0 && j->run.code != 1)
@@ -71,7 +76,8 @@ static const char *judge_end(const job *j) {
     return NULL;
 }
 
-static void start_run(job *j, const char *said_path) {
+static void start_run(job *j, const char *said_path)
+{
     snprintf(j->picture, sizeof j->picture, "%s.png", said_path);
     program_start(&j->run, said_path,
                   (const char *const[]){"kandil", "run", files[j->file], "--frames", "1", "--size", "32x32",
@@ -79,7 +85,8 @@ static void start_run(job *j, const char *said_path) {
                   PROGRAM_LIMIT_S);
 }
 
-static const char *judge_run(const job *j) {
+static const char *judge_run(const job *j)
+{
     struct stat info;
     bool picture = stat(j->picture, &info) == 0;
     const char *wrong = judge_end(j);
@@ -91,14 +98,16 @@ static const char *judge_run(const job *j) {
     return picture && info.st_size == 0 ? "left an empty picture" : NULL;
 }
 
-static void start_info(job *j, const char *said_path) {
+static void start_info(job *j, const char *said_path)
+{
     program_start(&j->run, said_path, (const char *const[]){"kandil", "info", files[j->file], NULL},
                   PROGRAM_LIMIT_S);
 }
 
 /* ---- all files, a few at a time ---- */
 
-static bool finish(const task *t, job *j) {
+static bool finish(const task *t, job *j)
+{
     const char *wrong = t->judge(j);
     if (wrong)
         print_error("%s: %s (code %d):\n%s\n", files[j->file] + sizeof HOSTILE, wrong, j->run.code,
@@ -106,7 +115,8 @@ static bool finish(const task *t, job *j) {
     return !wrong;
 }
 
-static void over_all_files(const task *t) {
+static void over_all_files(const task *t)
+{
     static job jobs[PARALLEL];
     size_t next = 0, running = 0, bad = 0;
     memset(jobs, 0, sizeof jobs);
@@ -132,17 +142,20 @@ static void over_all_files(const task *t) {
         fail_msg("%zu of %zu files", bad, next);
 }
 
-static void every_file_gives_a_picture_or_one_message(void **state) {
+static void every_file_gives_a_picture_or_one_message(void **state)
+{
     (void)state;
     over_all_files(&(task){start_run, judge_run});
 }
 
-static void every_file_is_described_or_refused(void **state) {
+static void every_file_is_described_or_refused(void **state)
+{
     (void)state;
     over_all_files(&(task){start_info, judge_end});
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_file_is_described_or_refused),
         cmocka_unit_test(every_file_gives_a_picture_or_one_message),

@@ -22,14 +22,16 @@ static const char seed_scene[] =
 
 static uint64_t random_state = 1;
 
-static uint32_t next_random(void) {
+static uint32_t next_random(void)
+{
     random_state ^= random_state << 13;
     random_state ^= random_state >> 7;
     random_state ^= random_state << 17;
     return (uint32_t)(random_state >> 32);
 }
 
-static void run(const char *text) {
+static void run(const char *text)
+{
     kd_world *w = fixture_world();
     kd_script *script;
     kd_status status = fixture_load(w, text, &script);
@@ -42,7 +44,8 @@ static void run(const char *text) {
     kd_world_destroy(w);
 }
 
-static void truncated_scenarios_end_well(void **state) {
+static void truncated_scenarios_end_well(void **state)
+{
     (void)state;
     for (size_t length = 0; length < sizeof seed_scene; length++) {
         char *text =
@@ -53,7 +56,8 @@ static void truncated_scenarios_end_well(void **state) {
     }
 }
 
-static void mutated_scenarios_end_well(void **state) {
+static void mutated_scenarios_end_well(void **state)
+{
     (void)state;
     static const char alphabet[] = "(){}[]=,.:'\"-+*/%^#<>~ \n\tabcdeftilnrsoux0123456789";
     for (int round = 0; round < 1500; round++) {
@@ -65,7 +69,8 @@ static void mutated_scenarios_end_well(void **state) {
     }
 }
 
-static void mutated_command_lines_end_well(void **state) {
+static void mutated_command_lines_end_well(void **state)
+{
     (void)state;
     static const char *const pieces[] = {
         "run",     "info",       "help",   "a.lua",     "--frames",   "--size",
@@ -88,7 +93,8 @@ static void mutated_command_lines_end_well(void **state) {
     }
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(truncated_scenarios_end_well),
         cmocka_unit_test(mutated_scenarios_end_well),

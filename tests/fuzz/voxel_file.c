@@ -1,5 +1,6 @@
-/* A voxel file cut at every length and with every byte spoilt is refused for a reason, and what can be read of it is
- * sound. Each try stands in a fresh allocation of its exact size, so that a sanitizer sees any read beyond it. */
+/* A voxel file cut at every length and with every byte spoilt is refused for a reason, and what can be read
+ * of it is sound. Each try stands in a fresh allocation of its exact size, so that a sanitizer sees any read
+ * beyond it. */
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -29,7 +30,8 @@ static voxels make_voxels(void)
     voxels v;
     uint64_t place = 0;
     const uint32_t size[3] = {8, 9, 10};
-    for (uint32_t i = 0; i < COUNT; i++, place += 1 + i % 3) { /* of 720 cells, in four blocks of 512 places */
+    for (uint32_t i = 0; i < COUNT;
+         i++, place += 1 + i % 3) { /* of 720 cells, in four blocks of 512 places */
         while (!voxel_place_cell(size, place, &v.shape[i][0]))
             place++;
         assert_int_equal(voxel_cell_place(size, v.shape[i][0]), place);
@@ -71,7 +73,8 @@ static kd_status read_all(const void *bytes, size_t size, char why[KD_VOXEL_WHY]
     for (uint32_t i = 0; i < file.block_count && !status; i++) {
         uint32_t count = file.blocks[i].count;
         bool binds = kd_voxel_level_binds(&file.levels[file.blocks[i].level]);
-        kd_voxel_words words = {malloc(count * 8ull), malloc(count * 4ull), binds ? malloc(count * 12ull) : NULL};
+        kd_voxel_words words = {malloc(count * 8ull), malloc(count * 4ull),
+                                binds ? malloc(count * 12ull) : NULL};
         assert_true(words.shape && words.color);
         status = kd_voxel_file_read(&file, i, &words);
         if (!status && out && count == COUNT) {
@@ -145,7 +148,8 @@ static void every_spoilt_byte_is_noticed(void **state)
     free(whole);
 }
 
-/* Checksums keep accidents out, not intentions: with checksums made right again, tables are checked for sense. */
+/* Checksums keep accidents out, not intentions: with checksums made right again, tables are checked for
+ * sense. */
 static void spoilt_tables_with_right_checksums_read_no_further_than_they_may(void **state)
 {
     (void)state;
@@ -153,7 +157,8 @@ static void spoilt_tables_with_right_checksums_read_no_further_than_they_may(voi
     size_t size, refused = 0, tries = 0;
     char *whole = make_file(&v, &size), why[KD_VOXEL_WHY];
     const voxel_header *h = (const voxel_header *)(void *)whole;
-    for (size_t n = 8; n < size; n = n == offsetof(voxel_header, table_checksum) - 1 ? h->table_offset : n + 1)
+    for (size_t n = 8; n < size;
+         n = n == offsetof(voxel_header, table_checksum) - 1 ? h->table_offset : n + 1)
         for (int value = 0; value < 256; value += 51) {
             char *part = malloc(size);
             memcpy(part, whole, size);

@@ -4,7 +4,8 @@
 #include "context_use.h"
 
 /* Open, use and close one way twice, so that what the first left behind would show. */
-static void use_twice(kd_context_api api, const char *name) {
+static void use_twice(kd_context_api api, const char *name)
+{
     for (int i = 0; i < 2; i++) {
         kd_gpu *gpu = context_open(api, false);
         if (!gpu)
@@ -15,17 +16,20 @@ static void use_twice(kd_context_api api, const char *name) {
     }
 }
 
-static void surfaceless_context_is_used(void **state) {
+static void surfaceless_context_is_used(void **state)
+{
     (void)state;
     use_twice(KD_CONTEXT_EGL_SURFACELESS, "egl-surfaceless");
 }
 
-static void software_device_is_used(void **state) {
+static void software_device_is_used(void **state)
+{
     (void)state;
     use_twice(KD_CONTEXT_EGL_SOFTWARE, "egl-software");
 }
 
-static void hardware_device_is_used_or_refused_with_a_reason(void **state) {
+static void hardware_device_is_used_or_refused_with_a_reason(void **state)
+{
     (void)state;
     kd_gpu *gpu = context_open(KD_CONTEXT_EGL_DEVICE, false);
     if (!gpu) {
@@ -37,7 +41,8 @@ static void hardware_device_is_used_or_refused_with_a_reason(void **state) {
     kd_gpu_close(gpu);
 }
 
-static void any_egl_context_is_found(void **state) {
+static void any_egl_context_is_found(void **state)
+{
     const kd_context_api ways[] = {KD_CONTEXT_EGL, KD_CONTEXT_AUTO};
     (void)state;
     for (int i = 0; i < 2; i++) {
@@ -49,7 +54,8 @@ static void any_egl_context_is_found(void **state) {
     }
 }
 
-static void two_contexts_live_side_by_side(void **state) {
+static void two_contexts_live_side_by_side(void **state)
+{
     (void)state;
     kd_gpu *first = context_open(KD_CONTEXT_EGL_SURFACELESS, false);
     kd_gpu *second = context_open(KD_CONTEXT_EGL_SURFACELESS, false);
@@ -67,14 +73,16 @@ static void two_contexts_live_side_by_side(void **state) {
     kd_gpu_close(second);
 }
 
-static void *use_elsewhere(void *gpu) {
+static void *use_elsewhere(void *gpu)
+{
     assert_true(kd_gpu_make_current(gpu, true));
     context_use(gpu);
     assert_true(kd_gpu_make_current(gpu, false));
     return NULL;
 }
 
-static void context_moves_to_another_thread(void **state) {
+static void context_moves_to_another_thread(void **state)
+{
     pthread_t thread;
     (void)state;
     kd_gpu *gpu = context_open(KD_CONTEXT_EGL_SURFACELESS, false);
@@ -84,13 +92,15 @@ static void context_moves_to_another_thread(void **state) {
     kd_gpu_close(gpu);
 }
 
-static void window_needs_glfw(void **state) {
+static void window_needs_glfw(void **state)
+{
     (void)state;
     assert_null(context_open(KD_CONTEXT_EGL, true));
     assert_true(fixture_logged("a window needs a GLFW context, not egl"));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         CONTEXT_TEST(surfaceless_context_is_used),
         CONTEXT_TEST(software_device_is_used),

@@ -13,7 +13,8 @@
 static pid_t server;
 
 /* Start Xvfb on a free display and point DISPLAY at it. Returns false when there is no Xvfb. */
-static bool start_server(void) {
+static bool start_server(void)
+{
     int ends[2];
     char text[32] = ":", fd_text[16];
     assert_int_equal(pipe(ends), 0);
@@ -39,13 +40,15 @@ static bool start_server(void) {
     return used > 1 && setenv("DISPLAY", text, 1) == 0 && unsetenv("WAYLAND_DISPLAY") == 0;
 }
 
-static void stop_server(void) {
+static void stop_server(void)
+{
     kill(server, SIGTERM);
     while (waitpid(server, NULL, 0) < 0 && errno == EINTR) {
     }
 }
 
-static void hidden_window_is_used(void **state) {
+static void hidden_window_is_used(void **state)
+{
     (void)state;
     for (int i = 0; i < 2; i++) {
         kd_gpu *gpu = context_open(KD_CONTEXT_GLFW, false);
@@ -57,7 +60,8 @@ static void hidden_window_is_used(void **state) {
     }
 }
 
-static void window_shows_a_texture_with_row_zero_on_top(void **state) {
+static void window_shows_a_texture_with_row_zero_on_top(void **state)
+{
     enum { SIDE = 16 };
     uint8_t texels[SIDE * SIDE][4], pixel[4] = {0};
     uint32_t width = 0, height = 0;
@@ -92,7 +96,8 @@ static void window_shows_a_texture_with_row_zero_on_top(void **state) {
     kd_gpu_close(gpu);
 }
 
-static void window_without_a_display_is_refused_with_a_reason(void **state) {
+static void window_without_a_display_is_refused_with_a_reason(void **state)
+{
     char *display = strdup(getenv("DISPLAY"));
     (void)state;
     assert_int_equal(unsetenv("DISPLAY"), 0);
@@ -102,7 +107,8 @@ static void window_without_a_display_is_refused_with_a_reason(void **state) {
     free(display);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         CONTEXT_TEST(hidden_window_is_used),
         CONTEXT_TEST(window_shows_a_texture_with_row_zero_on_top),

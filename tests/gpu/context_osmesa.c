@@ -2,7 +2,8 @@
 
 #include "context_use.h"
 
-static void osmesa_context_is_used(void **state) {
+static void osmesa_context_is_used(void **state)
+{
     (void)state;
     for (int i = 0; i < 2; i++) {
         kd_gpu *gpu = context_open(KD_CONTEXT_OSMESA, false);
@@ -15,7 +16,8 @@ static void osmesa_context_is_used(void **state) {
     }
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {CONTEXT_TEST(osmesa_context_is_used)};
     if (!dlopen("libOSMesa.so.8", RTLD_NOW) && !dlopen("libOSMesa.so.6", RTLD_NOW)) {
         fprintf(stderr, "skipped: libOSMesa is missing\n");

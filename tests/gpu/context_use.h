@@ -8,13 +8,15 @@
 
 enum { USE_WORDS = 256 };
 
-static inline kd_gpu *context_open(kd_context_api api, bool window) {
+static inline kd_gpu *context_open(kd_context_api api, bool window)
+{
     kd_gpu *gpu = NULL;
     kd_gpu_desc desc = {.api = api, .window = window, .width = 64, .height = 48, .debug = true};
     return kd_gpu_open(&desc, &gpu) == KD_OK ? gpu : NULL;
 }
 
-static inline void context_compute(kd_gpu *gpu) {
+static inline void context_compute(kd_gpu *gpu)
+{
     uint32_t words[USE_WORDS];
     const uint32_t params[4] = {11}, groups[4] = {0, USE_WORDS / 2 / 64, 1, 1};
     fixture_write("square.glsl", "uint square(uint x) { return x * x; }\n");
@@ -39,7 +41,8 @@ static inline void context_compute(kd_gpu *gpu) {
         assert_int_equal(words[i], (i * i + 11) * (i < USE_WORDS / 2 ? 2 : 1));
 }
 
-static inline void context_draw(kd_gpu *gpu) {
+static inline void context_draw(kd_gpu *gpu)
+{
     enum { SIDE = 8 };
     uint64_t tag = 0;
     size_t size = 0;
@@ -65,19 +68,22 @@ static inline void context_draw(kd_gpu *gpu) {
     }
 }
 
-static inline void context_use(kd_gpu *gpu) {
+static inline void context_use(kd_gpu *gpu)
+{
     context_compute(gpu);
     context_draw(gpu);
     fixture_assert_clean(gpu);
 }
 
-static inline int context_setup(void **state) {
+static inline int context_setup(void **state)
+{
     (void)state;
     fixture_init();
     return 0;
 }
 
-static inline int context_teardown(void **state) {
+static inline int context_teardown(void **state)
+{
     (void)state;
     fixture_fini();
     return 0;

@@ -4,8 +4,9 @@
 
 static const float PI = 3.14159265f;
 
-/* Reflected radiance of render_matte per unit of irradiance, seen along n (v = n), light from l. glTF 2.0 appendix B
- * with alpha = 1: D = 1 / pi; V = 0.5 / (n.l + n.v), as both square roots are 1; F with f0 = 0.04 at v.h, h halfway. */
+/* Reflected radiance of render_matte per unit of irradiance, seen along n (v = n), light from l. glTF 2.0
+ * appendix B with alpha = 1: D = 1 / pi; V = 0.5 / (n.l + n.v), as both square roots are 1; F with f0 = 0.04
+ * at v.h, h halfway. */
 static float matte_brdf(float albedo, float n_dot_l)
 {
     float v_dot_h = sqrtf((1 + n_dot_l) / 2); /* cosine of half the angle between v = n and l */
@@ -160,8 +161,8 @@ static void auto_exposure_puts_a_flat_picture_to_mid_grey(void **state)
     assert_in_range(r->ldr[0], 117, 118);
 }
 
-/* Views that other systems draw into the picture after resolve go through the same exposure and curve: with nobody
- * drawing, the final picture must come out. */
+/* Views that other systems draw into the picture after resolve go through the same exposure and curve: with
+ * nobody drawing, the final picture must come out. */
 static void late_views_are_tone_mapped_alike(void **state)
 {
     render *r = *state;
@@ -171,8 +172,8 @@ static void late_views_are_tone_mapped_alike(void **state)
     r->frame->settings.view_exposure_ev = 0.5f;
     add_floor(r, 0.5f);
     render_top_camera(r, 2);
-    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 0.7f, 0.4f}, .intensity = 9}, (kd_vec3){0, 1, 0},
-                 (kd_vec3){0, 0, -1});
+    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 0.7f, 0.4f}, .intensity = 9},
+                 (kd_vec3){0, 1, 0}, (kd_vec3){0, 0, -1});
     render_frame(r, "final");
     memcpy(final, r->ldr, 160 * 120 * 4);
     r->frame->view = KD_VIEW_OCTREE;
@@ -191,11 +192,12 @@ static void any_legal_order_gives_the_same_picture(void **state)
     uint8_t *first = malloc(160 * 120 * 4);
     assert_non_null(first);
     add_floor(r, 0.5f);
-    render_shape(r, KD_SHAPE_SPHERE, (kd_vec3){1, 1, 1}, &m, (kd_vec3){0, 0.5f, 0}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_shape(r, KD_SHAPE_SPHERE, (kd_vec3){1, 1, 1}, &m, (kd_vec3){0, 0.5f, 0}, RENDER_UPRIGHT,
+                 RENDER_UNIT);
     render_camera(r, (kd_vec3){1, 2, 3}, (kd_vec3){0, 0.3f, 0}, 0.8f);
     render_light(r, sun(2), (kd_vec3){0, 5, 0}, (kd_vec3){1, -1, 0.3f});
-    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 0.7f, 0.4f}, .intensity = 9}, (kd_vec3){-1, 1, 1},
-                 (kd_vec3){0, 0, -1});
+    render_light(r, (kd_light){.type = KD_POINT, .color = {1, 0.7f, 0.4f}, .intensity = 9},
+                 (kd_vec3){-1, 1, 1}, (kd_vec3){0, 0, -1});
     render_frame(r, "order");
     memcpy(first, r->ldr, 160 * 120 * 4);
     for (uint64_t seed = 0; seed < 8; seed++) {

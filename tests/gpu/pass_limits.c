@@ -7,7 +7,8 @@
 
 enum { PROBE_BINDING = 2, PROBE_GROUP = 4, WORDS = 64, LIMIT = 4096 };
 
-static kd_gpu_program make_probe(kd_gpu *gpu) {
+static kd_gpu_program make_probe(kd_gpu *gpu)
+{
     setenv("KANDIL_SHADER_DIR", KD_SOURCE_DIR, 1);
     kd_gpu_program probe =
         kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "tests/gpu/linear_probe.comp"});
@@ -16,12 +17,14 @@ static kd_gpu_program make_probe(kd_gpu *gpu) {
     return probe;
 }
 
-static kd_gpu_buffer make_zeros(kd_gpu *gpu, size_t bytes, const char *name) {
+static kd_gpu_buffer make_zeros(kd_gpu *gpu, size_t bytes, const char *name)
+{
     return kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = bytes, .zeroed = true, .name = name});
 }
 
 /* Dispatch so that each of the first WORDS words counts one more, and read them. */
-static void count_once(kd_gpu *gpu, kd_gpu_program probe, kd_gpu_buffer buffer, uint32_t out[WORDS]) {
+static void count_once(kd_gpu *gpu, kd_gpu_program probe, kd_gpu_buffer buffer, uint32_t out[WORDS])
+{
     uint32_t pass[4] = {WORDS};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_dispatch(gpu, probe, WORDS / PROBE_GROUP, 1, 1);
@@ -29,12 +32,14 @@ static void count_once(kd_gpu *gpu, kd_gpu_program probe, kd_gpu_buffer buffer, 
     kd_gpu_read_buffer(gpu, buffer, 0, out, WORDS * 4);
 }
 
-static void expect_all(const uint32_t words[WORDS], uint32_t expected) {
+static void expect_all(const uint32_t words[WORDS], uint32_t expected)
+{
     for (int i = 0; i < WORDS; i++)
         assert_int_equal(words[i], expected);
 }
 
-static void assert_refused(kd_gpu *gpu, kd_gpu_buffer refused) {
+static void assert_refused(kd_gpu *gpu, kd_gpu_buffer refused)
+{
     uint32_t words[WORDS];
     kd_gpu_program probe = make_probe(gpu);
     kd_gpu_buffer good = make_zeros(gpu, LIMIT, "good");
@@ -52,7 +57,8 @@ static void assert_refused(kd_gpu *gpu, kd_gpu_buffer refused) {
     expect_all(words, 2);
 }
 
-static void binding_of_too_large_a_buffer_lets_nothing_run(void **state) {
+static void binding_of_too_large_a_buffer_lets_nothing_run(void **state)
+{
     kd_gpu *gpu = *state;
     gpu->info.max_ssbo_bytes = LIMIT;
     kd_gpu_buffer large = make_zeros(gpu, LIMIT + 4, "large");
@@ -65,11 +71,13 @@ static void binding_of_too_large_a_buffer_lets_nothing_run(void **state) {
     assert_null(strchr(strchr(first, '\n') + 1, '\n')); /* dispatches say nothing more */
 }
 
-static void binding_of_a_failed_buffer_lets_nothing_run(void **state) {
+static void binding_of_a_failed_buffer_lets_nothing_run(void **state)
+{
     assert_refused(*state, (kd_gpu_buffer){0});
 }
 
-static void refused_range_lets_nothing_run(void **state) {
+static void refused_range_lets_nothing_run(void **state)
+{
     kd_gpu *gpu = *state;
     uint32_t words[WORDS];
     kd_gpu_program probe = make_probe(gpu);
@@ -80,7 +88,8 @@ static void refused_range_lets_nothing_run(void **state) {
     expect_all(words, 0);
 }
 
-static void programs_without_the_refused_binding_run(void **state) {
+static void programs_without_the_refused_binding_run(void **state)
+{
     kd_gpu *gpu = *state;
     uint32_t words[WORDS];
     kd_gpu_program probe = make_probe(gpu);
@@ -92,7 +101,8 @@ static void programs_without_the_refused_binding_run(void **state) {
     expect_all(words, 1);
 }
 
-static void linear_dispatch_covers_every_index_once(void **state) {
+static void linear_dispatch_covers_every_index_once(void **state)
+{
     static const uint32_t groups[] = {1, 65535, 65536, 131071, 200000};
     kd_gpu *gpu = *state;
     kd_gpu_program probe = make_probe(gpu);
@@ -119,7 +129,8 @@ static void linear_dispatch_covers_every_index_once(void **state) {
 
 /* More blocks of 32 words than 65535 groups of 64 invocations take would need a mask of half a gigabyte; what
  * is tested is the refusal. */
-static void ranks_of_too_large_a_mask_are_refused(void **state) {
+static void ranks_of_too_large_a_mask_are_refused(void **state)
+{
     kd_gpu *gpu = *state;
     kd_gpu_rank rank = {0};
     uint32_t total = 7, start = 7;
@@ -142,7 +153,8 @@ static void ranks_of_too_large_a_mask_are_refused(void **state) {
     kd_gpu_rank_fini(gpu, &rank);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(binding_of_too_large_a_buffer_lets_nothing_run),
         FIXTURE_TEST(binding_of_a_failed_buffer_lets_nothing_run),

@@ -85,8 +85,8 @@ static void directional_shadow_of_box_falls_where_it_must(void **state)
     free(open.lit);
 }
 
-/* Lamp at 3 m above the middle, a box of 0.5 m at heights of 1.25 to 1.75 m: of its edges the upper ones, 0.25 off the
- * middle, throw the widest shadow, to 0.25 * 3 / (3 - 1.75) = 0.6. */
+/* Lamp at 3 m above the middle, a box of 0.5 m at heights of 1.25 to 1.75 m: of its edges the upper ones,
+ * 0.25 off the middle, throw the widest shadow, to 0.25 * 3 / (3 - 1.75) = 0.6. */
 static void local_shadow_of_box(render *r, kd_light light, const char *name)
 {
     add_floor(r);

@@ -1,7 +1,8 @@
-/* The subdivide pass on the walking cage: the surface of each frame against the CPU's sums over the posed cage that the GPU
- * itself left in the stream.
+/* The subdivide pass on the walking cage: the surface of each frame against the CPU's sums over the posed
+ * cage that the GPU itself left in the stream.
  *
- * Tolerance: sums of some twenty products of numbers of the creature's size (1 m), fused or not: 1e-5 of that size. */
+ * Tolerance: sums of some twenty products of numbers of the creature's size (1 m), fused or not: 1e-5 of that
+ * size. */
 
 #include "tests/stage_fixture.h"
 
@@ -28,7 +29,8 @@ static kd_entity spawn_walker(stage *s)
     return stage_spawn(s, model);
 }
 
-/* Compare instance `number`'s surface with the CPU's; return how far it has gone from the rest pose at most. */
+/* Compare instance `number`'s surface with the CPU's; return how far it has gone from the rest pose at most.
+ */
 static float check_surface(stage *s, uint32_t number)
 {
     const kd_scene_store *store = kd_singleton(s->world, kd_scene_store);
@@ -36,7 +38,8 @@ static float check_surface(stage *s, uint32_t number)
     const kd_primitive_desc *desc = &store->meshes[deformed->mesh].desc->primitives[0];
     const kd_store_primitive *own = &store->deformed_primitives[deformed->first_primitive];
     const uint32_t n = desc->vertex_count, first = own->base_vertex;
-    uint32_t *geometry = stage_read_all(s, store->geometry, (size_t)store->vertex_count * KD_GEOMETRY_WORDS * 4);
+    uint32_t *geometry =
+        stage_read_all(s, store->geometry, (size_t)store->vertex_count * KD_GEOMETRY_WORDS * 4);
     kd_vec3 *cage = calloc(own->cage_count, sizeof *cage), *positions = calloc(n, sizeof *positions),
             *normals = calloc(n, sizeof *normals);
     kd_vec4 *tangents = calloc(n, sizeof *tangents);
@@ -51,8 +54,8 @@ static float check_surface(stage *s, uint32_t number)
         kd_vec3 p = position(geometry, first + v);
         assert_true(kd_vec3_length(kd_vec3_sub(p, positions[v])) <= 1e-5f);
         off += kd_vec3_length(kd_vec3_sub(direction(at + 3), normals[v])) > 1e-3f;
-        off += kd_vec3_length(kd_vec3_sub(direction(at + 5), (kd_vec3){tangents[v].x, tangents[v].y, tangents[v].z})) >
-               1e-3f;
+        off += kd_vec3_length(kd_vec3_sub(direction(at + 5),
+                                          (kd_vec3){tangents[v].x, tangents[v].y, tangents[v].z})) > 1e-3f;
         moved = fmaxf(moved, kd_vec3_length(kd_vec3_sub(p, desc->positions[v])));
     }
     assert_int_equal(off, 0);

@@ -34,8 +34,8 @@ static void nodes_of_a_cascade_are_the_bits_of_its_masks(void **state)
         uint64_t nodes = 0;
         for (uint32_t l = 0; l < svo->leaf_level - KD_DENSE_LOG2; l++) {
             uint32_t words = svo->mask_words[l] / CASCADES;
-            uint32_t *mask =
-                voxel_read(svo->level_masks[svo->current], ((size_t)svo->mask_first[l] + c * words) * 4, (size_t)words * 4);
+            uint32_t *mask = voxel_read(svo->level_masks[svo->current],
+                                        ((size_t)svo->mask_first[l] + c * words) * 4, (size_t)words * 4);
             nodes += voxel_count_bits(mask, words);
             free(mask);
         }
@@ -47,8 +47,8 @@ static void nodes_of_a_cascade_are_the_bits_of_its_masks(void **state)
     voxel_close(&v);
 }
 
-/* 128^3: all nodes are dense cells with eight leaves each: code, place in the stack of numbers and in the list of
- * touched ones, and 24 bytes a leaf with its static cell. */
+/* 128^3: all nodes are dense cells with eight leaves each: code, place in the stack of numbers and in the
+ * list of touched ones, and 24 bytes a leaf with its static cell. */
 static void bytes_of_a_cascade_grow_with_its_nodes(void **state)
 {
     voxel_world v;
@@ -58,9 +58,9 @@ static void bytes_of_a_cascade_grow_with_its_nodes(void **state)
     for (uint32_t c = 1; c < CASCADES; c++)
         assert_int_equal((int64_t)tree->cascade_bytes[c] - (int64_t)tree->cascade_bytes[0],
                          ((int64_t)tree->cascade_nodes[c] - (int64_t)tree->cascade_nodes[0]) * (12 + 192));
-    /* atlas, index and a list of 64^3 cells; five times 128^3 bits: two layers, new cells and two of ranks; eight times
-     * 64^3 bits: two frames, touched and dynamic parents, a difference, its ranks and two lists of words; three more of dense cells and a
-     * list of those that finer cascades fill */
+    /* atlas, index and a list of 64^3 cells; five times 128^3 bits: two layers, new cells and two of ranks;
+     * eight times 64^3 bits: two frames, touched and dynamic parents, a difference, its ranks and two lists
+     * of words; three more of dense cells and a list of those that finer cascades fill */
     uint64_t empty = 262144 * 56 + 5 * 262144 + 8 * 32768 + 3 * 32768 + 32768 * 4;
     assert_int_equal(tree->cascade_bytes[0], empty + tree->cascade_nodes[0] * 204);
     voxel_close(&v);

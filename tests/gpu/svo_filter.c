@@ -3,7 +3,8 @@
 
 #include "tests/voxel_fixture.h"
 
-static float half_to_float(uint16_t h) {
+static float half_to_float(uint16_t h)
+{
     int exponent = h >> 10 & 31, mantissa = h & 1023;
     float v = exponent == 0 ? ldexpf((float)mantissa, -24) : ldexpf((float)(mantissa + 1024), exponent - 25);
     return h & 0x8000 ? -v : v;
@@ -15,7 +16,8 @@ typedef struct atlas {
     uint16_t (*texels)[4];
 } atlas;
 
-static atlas read_atlas(voxel_world *v) {
+static atlas read_atlas(voxel_world *v)
+{
     atlas a = {.width = KD_DENSE, .cascades = voxel_scene(v)->cascade_count};
     a.depth = a.cascades * 6 * KD_ATLAS_BLOCK + 6 * (KD_DENSE / 2);
     for (uint32_t c = 0; c < a.cascades; c++)
@@ -32,7 +34,8 @@ static atlas read_atlas(voxel_world *v) {
 /* Cell of cascade c (mip 0), or of mip level `mip` above the outermost, as a ray towards `direction` sees it.
  */
 static void load(const atlas *a, uint32_t c, uint32_t mip, const uint32_t cell[3], uint32_t direction,
-                 float out[4]) {
+                 float out[4])
+{
     uint32_t x = cell[0], y = cell[1], z = cell[2];
     if (mip) {
         y += KD_DENSE - (2u * KD_DENSE >> mip);
@@ -50,7 +53,8 @@ static void load(const atlas *a, uint32_t c, uint32_t mip, const uint32_t cell[3
 
 /* Every texel with matter in it sends out what the walls do. A hundredth: 9 bits of shared-exponent radiance,
  * 12 of relative emission, half floats. Returns how many there are. */
-static uint32_t assert_uniform(voxel_world *v, kd_vec3 emission) {
+static uint32_t assert_uniform(voxel_world *v, kd_vec3 emission)
+{
     atlas a = read_atlas(v);
     uint32_t seen = 0;
     for (size_t i = 0; i < (size_t)a.width * KD_DENSE * a.depth; i++) {
@@ -69,7 +73,8 @@ static uint32_t assert_uniform(voxel_world *v, kd_vec3 emission) {
     return seen;
 }
 
-static void shining_room(uint32_t resolution, uint32_t cascades, bool moving) {
+static void shining_room(uint32_t resolution, uint32_t cascades, bool moving)
+{
     voxel_world v = voxel_open((voxel_options){
         .resolution = resolution, .cascades = cascades, .span = 2.56f / (float)resolution, .lit = true});
     kd_material_desc m = voxel_matte(0, 0, 0);
@@ -85,21 +90,26 @@ static void shining_room(uint32_t resolution, uint32_t cascades, bool moving) {
     voxel_close(&v);
 }
 
-static void shining_room_is_equally_bright_everywhere(void **state) {
+static void shining_room_is_equally_bright_everywhere(void **state)
+{
     (void)state, shining_room(128, 1, false);
 }
-static void shining_room_of_two_sparse_levels_is_too(void **state) {
+static void shining_room_of_two_sparse_levels_is_too(void **state)
+{
     (void)state, shining_room(256, 1, false);
 }
-static void shining_room_across_cascades_is_too(void **state) {
+static void shining_room_across_cascades_is_too(void **state)
+{
     (void)state, shining_room(128, 2, false);
 }
-static void shining_room_that_moves_is_too(void **state) {
+static void shining_room_that_moves_is_too(void **state)
+{
     (void)state, shining_room(128, 1, true);
 }
 
 /* Beside a bright lamp a dim one keeps its own radiance. */
-static void dim_lamp_keeps_its_radiance_beside_a_bright_one(void **state) {
+static void dim_lamp_keeps_its_radiance_beside_a_bright_one(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = 0.02f, .lit = true});
     kd_material_desc bright = voxel_matte(0, 0, 0), dim = voxel_matte(0, 0, 0);
@@ -133,7 +143,8 @@ static void dim_lamp_keeps_its_radiance_beside_a_bright_one(void **state) {
 /* ---- a wall ---- */
 
 /* A plane through all cascades, seen from its front, its back and along it. */
-static void assert_wall(const atlas *a, uint32_t c, uint32_t mip, const voxel_world *v, float height) {
+static void assert_wall(const atlas *a, uint32_t c, uint32_t mip, const voxel_world *v, float height)
+{
     const kd_voxel_scene *scene = kd_singleton(v->world, kd_voxel_scene);
     uint32_t n = KD_DENSE >> mip, cell[3];
     float edge = scene->span[c] * (float)(scene->resolution / n);
@@ -147,7 +158,8 @@ static void assert_wall(const atlas *a, uint32_t c, uint32_t mip, const voxel_wo
             }
 }
 
-static void wall_keeps_its_depth(uint32_t resolution, float height) {
+static void wall_keeps_its_depth(uint32_t resolution, float height)
+{
     voxel_world v = voxel_open((voxel_options){
         .resolution = resolution, .cascades = 2, .span = 2.56f / (float)resolution, .lit = true});
     voxel_shape(&v, KD_SHAPE_PLANE, (kd_vec3){9, 0, 9}, NULL, voxel_at(0, height, 0));
@@ -161,13 +173,15 @@ static void wall_keeps_its_depth(uint32_t resolution, float height) {
     voxel_close(&v);
 }
 
-static void wall_stops_rays_at_every_level(void **state) {
+static void wall_stops_rays_at_every_level(void **state)
+{
     (void)state;
     wall_keeps_its_depth(128, 0.003f);
     wall_keeps_its_depth(128, 0.031f);
 }
 
-static void wall_of_two_sparse_levels_does_too(void **state) {
+static void wall_of_two_sparse_levels_does_too(void **state)
+{
     (void)state;
     wall_keeps_its_depth(256, 0.003f);
     wall_keeps_its_depth(256, 0.017f);
@@ -175,7 +189,8 @@ static void wall_of_two_sparse_levels_does_too(void **state) {
 
 /* ---- what is gone is gone ---- */
 
-static voxel_world open_hall(kd_entity *lamp) {
+static voxel_world open_hall(kd_entity *lamp)
+{
     voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.02f, .lit = true});
     kd_material_desc bright = voxel_matte(0.2f, 0.2f, 0.2f);
     bright.emissive = (kd_vec3){3, 2, 1};
@@ -189,7 +204,8 @@ static voxel_world open_hall(kd_entity *lamp) {
     return v;
 }
 
-static void what_leaves_is_emptied(void **state) {
+static void what_leaves_is_emptied(void **state)
+{
     (void)state;
     kd_entity lamp;
     voxel_world visited = open_hall(&lamp), fresh = open_hall(NULL);
@@ -217,7 +233,8 @@ static void what_leaves_is_emptied(void **state) {
     voxel_close(&fresh);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shining_room_is_equally_bright_everywhere),
         cmocka_unit_test(shining_room_of_two_sparse_levels_is_too),

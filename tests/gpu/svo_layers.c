@@ -8,7 +8,8 @@ typedef struct show {
 } show;
 
 /* A room with something still and turned, something that starts to move, and something that walks. */
-static show open_show(bool one_layer, uint32_t cascades) {
+static show open_show(bool one_layer, uint32_t cascades)
+{
     show s = {.v =
                   voxel_open((voxel_options){.cascades = cascades, .span = 0.0121f, .one_layer = one_layer})};
     kd_transform turned = {{-0.413f, 0.21f, 0.1f}, {0.36f, 0.48f, 0, 0.8f}, {1, 1, 1}};
@@ -22,7 +23,8 @@ static show open_show(bool one_layer, uint32_t cascades) {
     return s;
 }
 
-static void assert_same_masks(voxel_world *a, voxel_world *b, const char *what) {
+static void assert_same_masks(voxel_world *a, voxel_world *b, const char *what)
+{
     uint32_t words = voxel_svo(a)->layer_words, *x = voxel_read_union(a), *y = voxel_read_union(b),
              differ = 0;
     assert_int_equal(words, voxel_svo(b)->layer_words);
@@ -36,7 +38,8 @@ static void assert_same_masks(voxel_world *a, voxel_world *b, const char *what) 
     free(y);
 }
 
-static void one_layer_shows_the_same_as_two(void **state) {
+static void one_layer_shows_the_same_as_two(void **state)
+{
     (void)state;
     show one = open_show(true, 2), two = open_show(false, 2);
     for (int i = 0; i < 4; i++) {
@@ -53,7 +56,8 @@ static void one_layer_shows_the_same_as_two(void **state) {
     voxel_close(&two.v);
 }
 
-static void static_layer_is_rebuilt_only_when_it_must(void **state) {
+static void static_layer_is_rebuilt_only_when_it_must(void **state)
+{
     (void)state;
     show s = open_show(false, 2);
     voxel_frame(&s.v);
@@ -78,13 +82,15 @@ static void static_layer_is_rebuilt_only_when_it_must(void **state) {
 
 /* Far to the side something small makes the scene larger than the finest cascade, which then follows the
  * camera. */
-static show open_wide_show(void) {
+static show open_wide_show(void)
+{
     show s = open_show(false, 2);
     voxel_shape(&s.v, KD_SHAPE_BOX, (kd_vec3){0.1f, 0.1f, 0.1f}, NULL, voxel_at(6, 0, 0));
     return s;
 }
 
-static void layers_follow_the_cascades(void **state) {
+static void layers_follow_the_cascades(void **state)
+{
     (void)state;
     show wanders = open_wide_show(), fresh = open_wide_show();
     float places[] = {0.2f, 2.5f, 5.5f, 0.4f};
@@ -103,7 +109,8 @@ static void layers_follow_the_cascades(void **state) {
 }
 
 /* By whole cells, so that a fresh run cuts the ball into the same voxels. */
-static void what_starts_to_move_leaves_no_ghost(void **state) {
+static void what_starts_to_move_leaves_no_ghost(void **state)
+{
     (void)state;
     show moves = open_show(false, 1), fresh = open_show(false, 1);
     kd_vec3 by = {-16 * 0.0121f, 8 * 0.0121f, 4 * 0.0121f};
@@ -120,7 +127,8 @@ static void what_starts_to_move_leaves_no_ghost(void **state) {
     voxel_close(&fresh.v);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_layer_shows_the_same_as_two),
         cmocka_unit_test(static_layer_is_rebuilt_only_when_it_must),

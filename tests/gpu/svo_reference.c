@@ -1,10 +1,11 @@
-/* The order-free build against its C reference: from the same voxels the same bytes. Numbers of nodes are those of
- * the reference when a tree is made at once. */
+/* The order-free build against its C reference: from the same voxels the same bytes. Numbers of nodes are
+ * those of the reference when a tree is made at once. */
 
 #include "tests/tree_fixture.h"
 
 static void assert_words(const char *what, kd_gpu_buffer buffer, size_t first, const void *expected,
-                         size_t words) {
+                         size_t words)
+{
     uint32_t *got = voxel_read(buffer, first * 4, words * 4);
     const uint32_t *want = expected;
     for (size_t i = 0; i < words; i++)
@@ -13,7 +14,8 @@ static void assert_words(const char *what, kd_gpu_buffer buffer, size_t first, c
     free(got);
 }
 
-static void assert_layers(voxel_world *v, const svo_reference *r) {
+static void assert_layers(voxel_world *v, const svo_reference *r)
+{
     const kd_svo *svo = voxel_svo(v);
     const uint32_t dynamic = KD_LAYER_DYNAMIC;
     uint32_t counts[KD_COUNT_WORDS];
@@ -30,7 +32,8 @@ static void assert_layers(voxel_world *v, const svo_reference *r) {
 }
 
 /* Static cells lie beside their leaves. */
-static void assert_static_cells(const tree_copy *t, const svo_reference *r) {
+static void assert_static_cells(const tree_copy *t, const svo_reference *r)
+{
     uint32_t top = r->levels - 1, at = 0;
     for (uint32_t i = 0; i < t->count[top]; i++)
         for (uint32_t k = 0; k < 8; k++) {
@@ -44,7 +47,8 @@ static void assert_static_cells(const tree_copy *t, const svo_reference *r) {
 }
 
 /* `fresh`: the tree was made at once. */
-static void assert_levels(const tree_copy *t, const svo_reference *r, bool fresh) {
+static void assert_levels(const tree_copy *t, const svo_reference *r, bool fresh)
+{
     assert_int_equal(t->levels, r->levels);
     for (uint32_t l = 0; l < r->levels; l++) {
         assert_int_equal(t->words[l], r->level_words[l]);
@@ -62,7 +66,8 @@ static void assert_levels(const tree_copy *t, const svo_reference *r, bool fresh
 }
 
 /* Compare this frame; returns how many cells there are. */
-static uint32_t assert_same(voxel_world *v, bool fresh) {
+static uint32_t assert_same(voxel_world *v, bool fresh)
+{
     voxel_capture capture = voxel_read_source(v);
     tree_copy copy = tree_read(v);
     svo_reference tree;
@@ -77,7 +82,8 @@ static uint32_t assert_same(voxel_world *v, bool fresh) {
     return cells;
 }
 
-static void room_is_the_same(uint32_t resolution, uint32_t cascades, float span) {
+static void room_is_the_same(uint32_t resolution, uint32_t cascades, float span)
+{
     voxel_world v = voxel_open((voxel_options){.resolution = resolution, .cascades = cascades, .span = span});
     voxel_load(&v, "samples/assets/cornell.gltf", voxel_at(0, 0, 0));
     kd_find_mut(v.world, v.camera, kd_transform)->position = (kd_vec3){0, 1, 1};
@@ -86,20 +92,25 @@ static void room_is_the_same(uint32_t resolution, uint32_t cascades, float span)
     voxel_close(&v);
 }
 
-static void room_of_one_cascade_is_the_same(void **state) {
+static void room_of_one_cascade_is_the_same(void **state)
+{
     (void)state, room_is_the_same(128, 1, 0.02f);
 }
-static void room_of_two_fine_cascades_is_the_same(void **state) {
+static void room_of_two_fine_cascades_is_the_same(void **state)
+{
     (void)state, room_is_the_same(256, 2, 0.0078f);
 }
-static void room_of_three_cascades_is_the_same(void **state) {
+static void room_of_three_cascades_is_the_same(void **state)
+{
     (void)state, room_is_the_same(128, 3, 0.0071f);
 }
-static void room_of_four_cascades_is_the_same(void **state) {
+static void room_of_four_cascades_is_the_same(void **state)
+{
     (void)state, room_is_the_same(128, 4, 0.005f);
 }
 
-static void walker_is_the_same_at_any_time(void **state) {
+static void walker_is_the_same_at_any_time(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.014f});
     voxel_load(&v, "samples/assets/walker.gltf", voxel_at(0.1f, 0, 0));
@@ -112,7 +123,8 @@ static void walker_is_the_same_at_any_time(void **state) {
 }
 
 /* Lamps of unlike strength and hue, one of them moving through a standing one. */
-static void still_and_moving_mix_is_the_same(void **state) {
+static void still_and_moving_mix_is_the_same(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.01f});
     kd_material_desc lamp = voxel_matte(0.7f, 0.2f, 0.1f), dim = voxel_matte(0.1f, 0.9f, 0.4f);
@@ -132,7 +144,8 @@ static void still_and_moving_mix_is_the_same(void **state) {
     voxel_close(&v);
 }
 
-static void empty_scene_is_the_same(void **state) {
+static void empty_scene_is_the_same(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.cascades = 2});
     voxel_frame(&v);
@@ -147,7 +160,8 @@ static void empty_scene_is_the_same(void **state) {
     voxel_close(&v);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(room_of_one_cascade_is_the_same),
         cmocka_unit_test(room_of_two_fine_cascades_is_the_same),

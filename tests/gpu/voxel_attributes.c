@@ -4,7 +4,8 @@
 
 #define SPAN 0.02f
 
-static float albedo_of(const cells *c, uint32_t voxel, int channel) {
+static float albedo_of(const cells *c, uint32_t voxel, int channel)
+{
     float root = (float)(c->color[voxel] >> (8 * channel) & 255u) / 255;
     return root * root;
 }
@@ -13,14 +14,16 @@ static float albedo_of(const cells *c, uint32_t voxel, int channel) {
 #define ALBEDO_STEP (1.0f / 255 + 1.0f / 510)
 
 static kd_model *make_shape(kd_shape shape, kd_vec3 size, const kd_material_desc *material,
-                            kd_primitive_desc **primitive) {
+                            kd_primitive_desc **primitive)
+{
     kd_model *model;
     assert_int_equal(kd_model_make_shape(shape, size, 0, material, &model), KD_OK);
     *primitive = (kd_primitive_desc *)(uintptr_t)model->meshes[0].primitives;
     return model;
 }
 
-static void faces_keep_their_colours(void **state) {
+static void faces_keep_their_colours(void **state)
+{
     (void)state;
     static const float levels[6] = {0.02f, 0.9f, 0.3f, 0.6f, 1, 0};
     static kd_vec4 colors[24];
@@ -60,7 +63,8 @@ static void faces_keep_their_colours(void **state) {
 }
 
 /* One image on a plane, its left half differing from its right; u runs along x. */
-static kd_model *half_and_half(kd_material_desc material, const uint8_t left[4], const uint8_t right[4]) {
+static kd_model *half_and_half(kd_material_desc material, const uint8_t left[4], const uint8_t right[4])
+{
     static uint8_t pixels[64 * 4 * 4];
     static kd_image image = {"halves", 64, 4, pixels};
     kd_primitive_desc *p;
@@ -72,11 +76,13 @@ static kd_model *half_and_half(kd_material_desc material, const uint8_t left[4],
     return model;
 }
 
-static kd_texture_ref first_image(void) {
+static kd_texture_ref first_image(void)
+{
     return (kd_texture_ref){.image = 0, .scale = {1, 1}, .wrap_s = KD_WRAP_CLAMP, .wrap_t = KD_WRAP_CLAMP};
 }
 
-static void halves_of(voxel_world *v, cells *c, uint32_t count[2], double emission[2], double red[2]) {
+static void halves_of(voxel_world *v, cells *c, uint32_t count[2], double emission[2], double red[2])
+{
     voxel_frame(v);
     *c = read_cells(v, 0);
     for (uint32_t z = 0; z < c->size[2]; z++)
@@ -92,7 +98,8 @@ static void halves_of(voxel_world *v, cells *c, uint32_t count[2], double emissi
             }
 }
 
-static void emissive_map_decides_the_share(void **state) {
+static void emissive_map_decides_the_share(void **state)
+{
     (void)state;
     kd_material_desc m = voxel_matte(0.5f, 0.5f, 0.5f);
     m.emissive = (kd_vec3){2, 2, 2};
@@ -111,7 +118,8 @@ static void emissive_map_decides_the_share(void **state) {
     voxel_close(&v);
 }
 
-static void colour_map_decides_the_albedo(void **state) {
+static void colour_map_decides_the_albedo(void **state)
+{
     (void)state;
     kd_material_desc m = voxel_matte(1, 1, 1);
     m.base_color_map = first_image();
@@ -128,7 +136,8 @@ static void colour_map_decides_the_albedo(void **state) {
     voxel_close(&v);
 }
 
-static void masked_parts_leave_no_voxels(void **state) {
+static void masked_parts_leave_no_voxels(void **state)
+{
     (void)state;
     kd_material_desc m = voxel_matte(1, 1, 1);
     m.base_color_map = first_image();
@@ -148,7 +157,8 @@ static void masked_parts_leave_no_voxels(void **state) {
 }
 
 /* An entity may bring a material of its own, and change it; another one of the same mesh keeps the mesh's. */
-static void entitys_material_goes_before_the_meshs(void **state) {
+static void entitys_material_goes_before_the_meshs(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
     kd_material_desc own[3] = {voxel_matte(0.9f, 0.1f, 0.1f), voxel_matte(0.1f, 0.9f, 0.1f),
@@ -182,7 +192,8 @@ static void entitys_material_goes_before_the_meshs(void **state) {
     voxel_close(&v);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(faces_keep_their_colours),
         cmocka_unit_test(emissive_map_decides_the_share),

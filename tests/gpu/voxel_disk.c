@@ -1,5 +1,5 @@
-/* The second start finds on disk what the first has made; files that are cut, damaged, foreign or stale are made anew, and a
- * folder that cannot be written costs a warning. */
+/* The second start finds on disk what the first has made; files that are cut, damaged, foreign or stale are
+ * made anew, and a folder that cannot be written costs a warning. */
 
 #include "tests/voxel_fixture.h"
 
@@ -11,7 +11,8 @@
 
 static char folder[64];
 
-static int make_folder(void **state) {
+static int make_folder(void **state)
+{
     (void)state;
     strcpy(folder, "/tmp/kandil-voxels-XXXXXX");
     if (!mkdtemp(folder))
@@ -21,7 +22,8 @@ static int make_folder(void **state) {
 }
 
 /* Call fn for every file of the folder; returns how many there are. */
-static uint32_t each_file(void (*fn)(const char *path)) {
+static uint32_t each_file(void (*fn)(const char *path))
+{
     DIR *d = opendir(folder);
     uint32_t count = 0;
     assert_non_null(d);
@@ -38,11 +40,13 @@ static uint32_t each_file(void (*fn)(const char *path)) {
     return count;
 }
 
-static void remove_file(const char *path) {
+static void remove_file(const char *path)
+{
     unlink(path);
 }
 
-static int drop_folder(void **state) {
+static int drop_folder(void **state)
+{
     (void)state;
     chmod(folder, 0700);
     each_file(remove_file);
@@ -57,7 +61,8 @@ typedef struct contents {
     uint32_t caches;
 } contents;
 
-static contents run_world(float size) {
+static contents run_world(float size)
+{
     contents c;
     voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.04f});
     v.frame->settings.voxels_cache = true;
@@ -78,13 +83,15 @@ static contents run_world(float size) {
     return c;
 }
 
-static void drop(contents *c) {
+static void drop(contents *c)
+{
     free(c->shape);
     free(c->color);
     free(c->binding);
 }
 
-static void assert_same(contents *a, contents *b) {
+static void assert_same(contents *a, contents *b)
+{
     assert_int_equal(a->voxels, b->voxels);
     assert_int_equal(a->bindings, b->bindings);
     assert_memory_equal(a->shape, b->shape, a->voxels * 8);
@@ -93,24 +100,28 @@ static void assert_same(contents *a, contents *b) {
 }
 
 /* Give every file a mark that only a rewrite takes away. */
-static void make_old(const char *path) {
+static void make_old(const char *path)
+{
     chmod(path, 0604);
 }
 
 static uint32_t old_files;
-static void count_old(const char *path) {
+static void count_old(const char *path)
+{
     struct stat info;
     assert_int_equal(stat(path, &info), 0);
     old_files += (info.st_mode & 0777) == 0604;
 }
 
-static uint32_t kept_files(void) {
+static uint32_t kept_files(void)
+{
     old_files = 0;
     each_file(count_old);
     return old_files;
 }
 
-static void second_start_reads_what_the_first_has_made(void **state) {
+static void second_start_reads_what_the_first_has_made(void **state)
+{
     (void)state;
     contents first = run_world(0.8f);
     uint32_t files = each_file(make_old);
@@ -127,13 +138,15 @@ static void second_start_reads_what_the_first_has_made(void **state) {
     drop(&other);
 }
 
-static void cut_in_half(const char *path) {
+static void cut_in_half(const char *path)
+{
     struct stat info;
     assert_int_equal(stat(path, &info), 0);
     assert_int_equal(truncate(path, info.st_size / 2), 0);
 }
 
-static void flip_a_bit(const char *path) { /* right behind the header: in a block */
+static void flip_a_bit(const char *path)
+{ /* right behind the header: in a block */
     FILE *f = fopen(path, "r+b");
     assert_non_null(f);
     fseek(f, 70, SEEK_SET);
@@ -143,7 +156,8 @@ static void flip_a_bit(const char *path) { /* right behind the header: in a bloc
     fclose(f);
 }
 
-static void write_foreign(const char *path) {
+static void write_foreign(const char *path)
+{
     FILE *f = fopen(path, "wb");
     assert_non_null(f);
     for (int i = 0; i < 500; i++)
@@ -151,7 +165,8 @@ static void write_foreign(const char *path) {
     fclose(f);
 }
 
-static void write_stale(const char *path) { /* sound, but of something else */
+static void write_stale(const char *path)
+{ /* sound, but of something else */
     kd_voxel_writer w = {0};
     size_t size;
     assert_int_equal(kd_voxel_writer_level(&w, &(kd_voxel_level){.key = {1, 2}, .span = 1}), KD_OK);
@@ -162,7 +177,8 @@ static void write_stale(const char *path) { /* sound, but of something else */
     kd_voxel_writer_fini(&w);
 }
 
-static void files_that_do_not_serve_are_made_anew(void **state) {
+static void files_that_do_not_serve_are_made_anew(void **state)
+{
     (void)state;
     void (*const harms[])(const char *) = {cut_in_half, flip_a_bit, write_foreign, write_stale};
     contents first = run_world(0.8f);
@@ -182,7 +198,8 @@ static void files_that_do_not_serve_are_made_anew(void **state) {
     drop(&first);
 }
 
-static void folder_that_cannot_be_written_costs_one_warning(void **state) {
+static void folder_that_cannot_be_written_costs_one_warning(void **state)
+{
     (void)state;
     char blocked[96];
     snprintf(blocked, sizeof blocked, "%s/file", folder);
@@ -199,11 +216,13 @@ static void folder_that_cannot_be_written_costs_one_warning(void **state) {
     voxel_close(&v);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(second_start_reads_what_the_first_has_made, make_folder, drop_folder),
         cmocka_unit_test_setup_teardown(files_that_do_not_serve_are_made_anew, make_folder, drop_folder),
-        cmocka_unit_test_setup_teardown(folder_that_cannot_be_written_costs_one_warning, make_folder, drop_folder),
+        cmocka_unit_test_setup_teardown(folder_that_cannot_be_written_costs_one_warning, make_folder,
+                                        drop_folder),
     };
     return VOXEL_GROUP(tests);
 }

@@ -1,7 +1,7 @@
-/* How far voxels are from the surface they stand for, in percent of the diagonal of its box: mean distance from the centres of
- * voxels to the mesh, which the source gives for thin voxels and whose figures are the limits, and from the vertices to the
- * nearest centre.
- * Source: Gaitatzes & Papaioannou 2012, "Progressive Screen-Space Multichannel Surface Voxelization", table 6.2 */
+/* How far voxels are from the surface they stand for, in percent of the diagonal of its box: mean distance
+ * from the centres of voxels to the mesh, which the source gives for thin voxels and whose figures are the
+ * limits, and from the vertices to the nearest centre. Source: Gaitatzes & Papaioannou 2012, "Progressive
+ * Screen-Space Multichannel Surface Voxelization", table 6.2 */
 
 #include "tests/voxel_cells_fixture.h"
 
@@ -10,19 +10,22 @@ typedef struct bins {
     uint32_t *starts, *triangles; /* [cells + 1], [starts[cells]] */
 } bins;
 
-static kd_vec3 to_cells(const cells *c, kd_vec3 p) {
+static kd_vec3 to_cells(const cells *c, kd_vec3 p)
+{
     kd_vec3 out;
     for (int k = 0; k < 3; k++)
         (&out.x)[k] = ((&p.x)[k] - (&c->cache->phase.x)[k]) / c->cache->span - (float)c->low[k];
     return out;
 }
 
-static kd_vec3 corner_of(const cells *c, uint32_t triangle, uint32_t corner) {
+static kd_vec3 corner_of(const cells *c, uint32_t triangle, uint32_t corner)
+{
     const kd_primitive_desc *p = c->cache->desc;
     return to_cells(c, p->positions[p->indices[3 * triangle + corner]]);
 }
 
-static void range_of(const cells *c, uint32_t triangle, uint32_t low[3], uint32_t high[3]) {
+static void range_of(const cells *c, uint32_t triangle, uint32_t low[3], uint32_t high[3])
+{
     kd_vec3 v[3] = {corner_of(c, triangle, 0), corner_of(c, triangle, 1), corner_of(c, triangle, 2)};
     for (int k = 0; k < 3; k++) {
         float a = fminf((&v[0].x)[k], fminf((&v[1].x)[k], (&v[2].x)[k]));
@@ -32,7 +35,8 @@ static void range_of(const cells *c, uint32_t triangle, uint32_t low[3], uint32_
     }
 }
 
-static bins make_bins(const cells *c) {
+static bins make_bins(const cells *c)
+{
     size_t count = (size_t)c->size[0] * c->size[1] * c->size[2];
     uint32_t triangles = c->cache->desc->index_count / 3;
     bins b = {calloc(count + 2, 4), NULL};
@@ -59,13 +63,15 @@ static bins make_bins(const cells *c) {
 }
 
 /* Source: Ericson 2004, "Real-Time Collision Detection", section 5.1.5 */
-static float distance_to(kd_vec3 p, kd_vec3 a, kd_vec3 b, kd_vec3 c) {
+static float distance_to(kd_vec3 p, kd_vec3 a, kd_vec3 b, kd_vec3 c)
+{
     kd_vec3 ab = kd_vec3_sub(b, a), ac = kd_vec3_sub(c, a), ap = kd_vec3_sub(p, a);
     float d1 = kd_vec3_dot(ab, ap), d2 = kd_vec3_dot(ac, ap);
     if (d1 <= 0 && d2 <= 0)
         return kd_vec3_length(ap);
     kd_vec3 bp = kd_vec3_sub(p, b), cp = kd_vec3_sub(p, c);
-    float d3 = kd_vec3_dot(ab, bp), d4 = kd_vec3_dot(ac, bp), d5 = kd_vec3_dot(ab, cp), d6 = kd_vec3_dot(ac, cp);
+    float d3 = kd_vec3_dot(ab, bp), d4 = kd_vec3_dot(ac, bp), d5 = kd_vec3_dot(ab, cp),
+          d6 = kd_vec3_dot(ac, cp);
     if (d3 >= 0 && d4 <= d3)
         return kd_vec3_length(bp);
     if (d6 >= 0 && d5 <= d6)
@@ -83,7 +89,8 @@ static float distance_to(kd_vec3 p, kd_vec3 a, kd_vec3 b, kd_vec3 c) {
 }
 
 /* A voxel's own cell holds a part of the surface, so the nearest lies in it or next to it. */
-static float voxel_to_mesh(const cells *c, const bins *b, size_t cell) {
+static float voxel_to_mesh(const cells *c, const bins *b, size_t cell)
+{
     int64_t x = (int64_t)(cell % c->size[0]), y = (int64_t)(cell / c->size[0] % c->size[1]),
             z = (int64_t)(cell / ((size_t)c->size[0] * c->size[1]));
     kd_vec3 centre = {(float)x + 0.5f, (float)y + 0.5f, (float)z + 0.5f};
@@ -94,14 +101,16 @@ static float voxel_to_mesh(const cells *c, const bins *b, size_t cell) {
             continue;
         size_t at = ((size_t)k * c->size[1] + (size_t)j) * c->size[0] + (size_t)i;
         for (uint32_t t = b->starts[at]; t < b->starts[at + 1]; t++)
-            best = fminf(best, distance_to(centre, corner_of(c, b->triangles[t], 0), corner_of(c, b->triangles[t], 1),
-                                           corner_of(c, b->triangles[t], 2)));
+            best =
+                fminf(best, distance_to(centre, corner_of(c, b->triangles[t], 0),
+                                        corner_of(c, b->triangles[t], 1), corner_of(c, b->triangles[t], 2)));
     }
     return best;
 }
 
 /* A point's own cell or one nearby has a voxel; thin ones leave out what is thinner than a cell. */
-static float point_to_voxels(const cells *c, kd_vec3 p) {
+static float point_to_voxels(const cells *c, kd_vec3 p)
+{
     float best = INFINITY;
     for (int n = 0; n < 343; n++) {
         int64_t cell[3] = {(int64_t)floorf(p.x) + n % 7 - 3, (int64_t)floorf(p.y) + n / 7 % 7 - 3,
@@ -116,7 +125,8 @@ static float point_to_voxels(const cells *c, kd_vec3 p) {
     return best;
 }
 
-static double mean_of_voxels(const cells *c) {
+static double mean_of_voxels(const cells *c)
+{
     bins b = make_bins(c);
     double sum = 0;
     for (size_t i = 0; i < (size_t)c->size[0] * c->size[1] * c->size[2]; i++)
@@ -127,7 +137,8 @@ static double mean_of_voxels(const cells *c) {
     return sum / c->total;
 }
 
-static double mean_of_points(const cells *c) {
+static double mean_of_points(const cells *c)
+{
     const kd_primitive_desc *p = c->cache->desc;
     double sum = 0;
     for (uint32_t i = 0; i < p->vertex_count; i++)
@@ -136,7 +147,8 @@ static double mean_of_points(const cells *c) {
 }
 
 /* In percent of the diagonal of the mesh's box. */
-static double distance_at(const char *path, uint32_t voxels, int32_t separating) {
+static double distance_at(const char *path, uint32_t voxels, int32_t separating)
+{
     kd_model *model = fixture_asset(path);
     kd_vec3 size = kd_vec3_sub(model->bounds_max, model->bounds_min);
     float span = fmaxf(size.x, fmaxf(size.y, size.z)) / (float)voxels;
@@ -146,16 +158,20 @@ static double distance_at(const char *path, uint32_t voxels, int32_t separating)
     voxel_frame(&v);
     cells c = read_cells(&v, 0);
     const kd_primitive_desc *p = c.cache->desc;
-    double diagonal = (double)kd_vec3_length(kd_vec3_sub(p->bounds_max, p->bounds_min)) / (double)c.cache->span;
+    double diagonal =
+        (double)kd_vec3_length(kd_vec3_sub(p->bounds_max, p->bounds_min)) / (double)c.cache->span;
     double to_mesh = mean_of_voxels(&c), to_voxels = mean_of_points(&c);
-    printf("%-18s %3u  %2d-separating  %7u voxels  to the mesh %.3f %%  to the voxels %.3f %%  (%.2f, %.2f of an edge)\n", path, voxels,
-           separating, c.total, 100 * to_mesh / diagonal, 100 * to_voxels / diagonal, to_mesh, to_voxels);
+    printf("%-18s %3u  %2d-separating  %7u voxels  to the mesh %.3f %%  to the voxels %.3f %%  (%.2f, %.2f "
+           "of an edge)\n",
+           path, voxels, separating, c.total, 100 * to_mesh / diagonal, 100 * to_voxels / diagonal, to_mesh,
+           to_voxels);
     free_cells(&c);
     voxel_close(&v);
     return 100 * to_mesh / diagonal;
 }
 
-static void voxels_lie_near_the_surface(void **state) {
+static void voxels_lie_near_the_surface(void **state)
+{
     (void)state;
     static const struct {
         const char *path;
@@ -168,7 +184,8 @@ static void voxels_lie_near_the_surface(void **state) {
         }
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {cmocka_unit_test(voxels_lie_near_the_surface)};
     return VOXEL_GROUP(tests);
 }

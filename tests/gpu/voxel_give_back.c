@@ -1,4 +1,5 @@
-/* What comes and goes leaves nothing behind: caches, pages, deformed vertices and lists of the store are given back. */
+/* What comes and goes leaves nothing behind: caches, pages, deformed vertices and lists of the store are
+ * given back. */
 
 #include "tests/voxel_fixture.h"
 
@@ -7,7 +8,8 @@
 /* Frames after which everything that is not needed has been given back. */
 enum { SETTLE = 140 };
 
-static void settle(voxel_world *v) {
+static void settle(voxel_world *v)
+{
     for (int i = 0; i < SETTLE; i++)
         voxel_frame(v);
 }
@@ -19,7 +21,8 @@ typedef struct holdings {
 } holdings;
 
 /* Bytes of the scene, the caches and the pages; the octree keeps its own books. */
-static size_t held_bytes(void) {
+static size_t held_bytes(void)
+{
     kd_gpu_memory_row rows[96];
     uint32_t count = kd_gpu_memory(voxel_gpu, rows, 96);
     size_t bytes = 0;
@@ -29,7 +32,8 @@ static size_t held_bytes(void) {
     return bytes;
 }
 
-static holdings read_holdings(voxel_world *v) {
+static holdings read_holdings(voxel_world *v)
+{
     const kd_voxel_scene *s = voxel_scene(v);
     const kd_scene_store *store = kd_singleton(v->world, kd_scene_store);
     return (holdings){.gpu_bytes = held_bytes(),
@@ -45,7 +49,8 @@ static holdings read_holdings(voxel_world *v) {
                       .pages = s->pages[0].page_count + s->pages[1].page_count};
 }
 
-static void assert_as_before(const holdings *now, const holdings *before) {
+static void assert_as_before(const holdings *now, const holdings *before)
+{
     assert_int_equal(now->voxels, before->voxels);
     assert_int_equal(now->bindings, before->bindings);
     assert_int_equal(now->chunks, before->chunks);
@@ -58,10 +63,12 @@ static void assert_as_before(const holdings *now, const holdings *before) {
     assert_true(now->pages <= before->pages);
 }
 
-/* What is left of buffers that grow by half and are cut to a sixteenth: lists of a few hundred bytes an object. */
+/* What is left of buffers that grow by half and are cut to a sixteenth: lists of a few hundred bytes an
+ * object. */
 #define SMALL_CHANGE 16384
 
-static void characters_that_come_and_go_leave_nothing(void **state) {
+static void characters_that_come_and_go_leave_nothing(void **state)
+{
     (void)state;
     enum { FRAMES = 240, LIVE = 3 };
     uint64_t random = 5;
@@ -105,7 +112,8 @@ static void characters_that_come_and_go_leave_nothing(void **state) {
 }
 
 /* A camera that passes many objects holds the voxels of those near it. */
-static void what_a_camera_passes_is_given_back(void **state) {
+static void what_a_camera_passes_is_given_back(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.cascades = 1, .span = 0.02f});
     kd_model *ball;
@@ -133,7 +141,8 @@ static void what_a_camera_passes_is_given_back(void **state) {
 }
 
 /* A scene that was large once has no more pages than it needs. */
-static void pages_shrink_to_what_is_left(void **state) {
+static void pages_shrink_to_what_is_left(void **state)
+{
     (void)state;
     kd_entity crowd[24];
     voxel_world v = voxel_open((voxel_options){.cascades = 1, .span = 0.02f});
@@ -160,7 +169,8 @@ static void pages_shrink_to_what_is_left(void **state) {
 }
 
 /* A copy of an entity shares its vertices and joints: they stay until it is gone too. */
-static void copies_keep_what_they_share(void **state) {
+static void copies_keep_what_they_share(void **state)
+{
     (void)state;
     uint32_t number;
     kd_entity root;
@@ -187,7 +197,8 @@ static void copies_keep_what_they_share(void **state) {
     voxel_close(&v);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(characters_that_come_and_go_leave_nothing),
         cmocka_unit_test(what_a_camera_passes_is_given_back),

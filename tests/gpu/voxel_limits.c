@@ -10,7 +10,8 @@
 
 #define SPAN 0.02f
 
-static kd_model *model_of(kd_model *model, kd_primitive_desc p) {
+static kd_model *model_of(kd_model *model, kd_primitive_desc p)
+{
     kd_primitive_desc *kept = FIXTURE_NEW(model, kd_primitive_desc, 1);
     kd_mesh_desc *mesh = FIXTURE_NEW(model, kd_mesh_desc, 1);
     kd_vec3 *normals = FIXTURE_NEW(model, kd_vec3, p.vertex_count);
@@ -27,7 +28,8 @@ static kd_model *model_of(kd_model *model, kd_primitive_desc p) {
 }
 
 /* A plane of n x n squares of two triangles each. */
-static kd_model *make_grid(uint32_t n, float edge) {
+static kd_model *make_grid(uint32_t n, float edge)
+{
     kd_model *model = fixture_model();
     uint32_t row = n + 1, at = 0;
     kd_vec3 *positions = FIXTURE_NEW(model, kd_vec3, row * row);
@@ -49,7 +51,8 @@ static kd_model *make_grid(uint32_t n, float edge) {
 }
 
 /* A triangle from corner to corner of a cube. */
-static kd_model *make_slope(float edge) {
+static kd_model *make_slope(float edge)
+{
     kd_model *model = fixture_model();
     kd_vec3 *positions = FIXTURE_NEW(model, kd_vec3, 3);
     uint32_t *indices = FIXTURE_NEW(model, uint32_t, 3);
@@ -64,14 +67,16 @@ static kd_model *make_slope(float edge) {
                                                .bounds_max = {edge, edge, edge}});
 }
 
-static const kd_voxel_cache *cache_of(voxel_world *v) {
+static const kd_voxel_cache *cache_of(voxel_world *v)
+{
     const kd_voxel_scene *scene = voxel_scene(v);
     return &scene->caches[scene->objects[0].caches[0] - 1];
 }
 
 /* Voxels come in the order of their cells: each in a later one than the voxel before. What was not packed is
  * not. */
-static void assert_packed(voxel_world *v, const kd_voxel_chunk *chunk) {
+static void assert_packed(voxel_world *v, const kd_voxel_chunk *chunk)
+{
     uint32_t(*shape)[2] =
         voxel_read(voxel_scene(v)->cache_shape, (size_t)chunk->first * 8, (size_t)chunk->count * 8);
     uint64_t last = 0;
@@ -85,7 +90,8 @@ static void assert_packed(voxel_world *v, const kd_voxel_chunk *chunk) {
     free(shape);
 }
 
-static void chunk_of_many_columns_is_packed_in_full(void **state) {
+static void chunk_of_many_columns_is_packed_in_full(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.resolution = 256, .span = SPAN});
     voxel_spawn(&v, make_grid(300, 700 * SPAN), voxel_at(0, 0, 0));
@@ -102,7 +108,8 @@ static void chunk_of_many_columns_is_packed_in_full(void **state) {
     voxel_close(&v);
 }
 
-static void chunk_of_many_cells_is_packed_in_full(void **state) {
+static void chunk_of_many_cells_is_packed_in_full(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.resolution = 256, .span = SPAN});
     voxel_spawn(&v, make_slope(520 * SPAN), voxel_at(0, 0, 0));
@@ -120,7 +127,8 @@ static void chunk_of_many_cells_is_packed_in_full(void **state) {
 /* Voxelize the first chunk of the world once more, while the driver takes no more than `limit` bytes a
  * buffer.
  */
-static kd_status again(voxel_world *v, voxelizer *tool, int64_t limit, kd_voxel_chunk *chunk) {
+static kd_status again(voxel_world *v, voxelizer *tool, int64_t limit, kd_voxel_chunk *chunk)
+{
     kd_voxel_scene *scene = kd_singleton(v->world, kd_voxel_scene);
     int64_t driver = voxel_gpu->info.max_ssbo_bytes;
     *chunk = scene->chunks[cache_of(v)->first_chunk];
@@ -131,7 +139,8 @@ static kd_status again(voxel_world *v, voxelizer *tool, int64_t limit, kd_voxel_
     return status;
 }
 
-static void assert_left_out(voxel_world *v, voxelizer *tool, int64_t limit, kd_status why) {
+static void assert_left_out(voxel_world *v, voxelizer *tool, int64_t limit, kd_status why)
+{
     uint32_t had = voxel_scene(v)->cached_voxels;
     kd_voxel_chunk chunk;
     assert_int_equal(again(v, tool, limit, &chunk), why);
@@ -140,7 +149,8 @@ static void assert_left_out(voxel_world *v, voxelizer *tool, int64_t limit, kd_s
     assert_packed(v, &voxel_scene(v)->chunks[cache_of(v)->first_chunk]);
 }
 
-static void voxels_that_no_buffer_holds_are_left_out_whole(void **state) {
+static void voxels_that_no_buffer_holds_are_left_out_whole(void **state)
+{
     (void)state;
     voxelizer tool = {0};
     kd_voxel_chunk chunk;
@@ -163,7 +173,8 @@ static void voxels_that_no_buffer_holds_are_left_out_whole(void **state) {
     voxel_close(&v);
 }
 
-static void mask_that_no_buffer_holds_is_refused(void **state) {
+static void mask_that_no_buffer_holds_is_refused(void **state)
+{
     (void)state;
     voxelizer tool = {0};
     voxel_world v = voxel_open((voxel_options){.resolution = 256, .span = SPAN});
@@ -176,7 +187,8 @@ static void mask_that_no_buffer_holds_is_refused(void **state) {
     voxel_close(&v);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(chunk_of_many_columns_is_packed_in_full),
         cmocka_unit_test(chunk_of_many_cells_is_packed_in_full),

@@ -18,7 +18,8 @@ static const struct {
 };
 enum { SHAPES = sizeof shapes / sizeof *shapes };
 
-static cells cells_of(voxel_world *v, int shape, int32_t separating, bool fill) {
+static cells cells_of(voxel_world *v, int shape, int32_t separating, bool fill)
+{
     *v = voxel_open((voxel_options){.span = SPAN});
     v->frame->settings.voxels_separating = separating;
     v->frame->settings.voxels_fill = fill;
@@ -27,7 +28,8 @@ static cells cells_of(voxel_world *v, int shape, int32_t separating, bool fill) 
     return read_cells(v, 0);
 }
 
-static size_t index_at(const cells *c, kd_vec3 p) {
+static size_t index_at(const cells *c, kd_vec3 p)
+{
     int64_t cell[3];
     for (int k = 0; k < 3; k++) {
         cell[k] = (int64_t)floorf(((&p.x)[k] - (&c->cache->phase.x)[k]) / c->cache->span);
@@ -37,7 +39,8 @@ static size_t index_at(const cells *c, kd_vec3 p) {
     return cell_at(c, cell);
 }
 
-static void assert_closed(const cells *c, int shape) {
+static void assert_closed(const cells *c, int shape)
+{
     uint8_t *outside = calloc((size_t)c->size[0] * c->size[1] * c->size[2], 1);
     assert_non_null(outside);
     voxel_flood(c->wall, c->size, outside);
@@ -46,8 +49,10 @@ static void assert_closed(const cells *c, int shape) {
     free(outside);
 }
 
-/* Every thin voxel is one of those that the surface touches, there are fewer of them, and no flood by faces gets in. */
-static void thin_voxels_are_fewer_and_still_closed(void **state) {
+/* Every thin voxel is one of those that the surface touches, there are fewer of them, and no flood by faces
+ * gets in. */
+static void thin_voxels_are_fewer_and_still_closed(void **state)
+{
     (void)state;
     for (int i = 0; i < SHAPES; i++) {
         voxel_world a, b;
@@ -65,9 +70,10 @@ static void thin_voxels_are_fewer_and_still_closed(void **state) {
     }
 }
 
-/* A filled shape has no free cell inside, as many voxels as its volume has between shell counted in and out, and those
- * inside have a colour and no side. */
-static void filled_shapes_are_solid(void **state) {
+/* A filled shape has no free cell inside, as many voxels as its volume has between shell counted in and out,
+ * and those inside have a colour and no side. */
+static void filled_shapes_are_solid(void **state)
+{
     (void)state;
     for (int i = 0; i < SHAPES; i++) {
         voxel_world a, b;
@@ -98,7 +104,8 @@ static void filled_shapes_are_solid(void **state) {
 
 /* How often a primitive's surface goes round a point: 1 inside of a closed one, 0 outside.
  * Source: van Oosterom, Strackee 1983, for the solid angle of a triangle */
-static double winding(const kd_primitive_desc *p, kd_vec3 at) {
+static double winding(const kd_primitive_desc *p, kd_vec3 at)
+{
     double sum = 0;
     for (uint32_t t = 0; t < p->index_count; t += 3) {
         kd_vec3 v[3];
@@ -115,8 +122,10 @@ static double winding(const kd_primitive_desc *p, kd_vec3 at) {
     return sum / (4 * 3.14159265358979);
 }
 
-/* Wherever the mesh goes round the centre of a cell, no flood from outside comes. Returns centres looked at. */
-static uint32_t assert_none_inside_is_reached(const cells *c) {
+/* Wherever the mesh goes round the centre of a cell, no flood from outside comes. Returns centres looked at.
+ */
+static uint32_t assert_none_inside_is_reached(const cells *c)
+{
     const kd_primitive_desc *p = c->cache->desc;
     uint8_t *outside = calloc((size_t)c->size[0] * c->size[1] * c->size[2], 1);
     uint64_t random = 17;
@@ -130,7 +139,8 @@ static uint32_t assert_none_inside_is_reached(const cells *c) {
         size_t cell = index_at(c, at);
         for (int k = 0; k < 3; k++) { /* the cell's centre: thin voxels part those */
             float phase = (&c->cache->phase.x)[k], span = c->cache->span;
-            (&at.x)[k] = (floorf(((&at.x)[k] - phase) / span) + 0.5f - (float)KD_VOXELIZE_NUDGE) * span + phase;
+            (&at.x)[k] =
+                (floorf(((&at.x)[k] - phase) / span) + 0.5f - (float)KD_VOXELIZE_NUDGE) * span + phase;
         }
         if (c->wall[cell] || winding(p, at) < 0.99)
             continue;
@@ -141,7 +151,8 @@ static uint32_t assert_none_inside_is_reached(const cells *c) {
     return inside;
 }
 
-static void character_is_closed(void **state) {
+static void character_is_closed(void **state)
+{
     (void)state;
     for (int32_t separating = 6; separating <= 26; separating += 20) {
         voxel_world v = voxel_open((voxel_options){.span = 0.01f});
@@ -160,7 +171,8 @@ static void character_is_closed(void **state) {
 }
 
 /* Against a flood cell by cell, in random grids of odd sizes. */
-static void fill_agrees_with_a_flood(void **state) {
+static void fill_agrees_with_a_flood(void **state)
+{
     (void)state;
     uint64_t random = 9;
     for (int round = 0; round < 60; round++) {
@@ -184,14 +196,17 @@ static void fill_agrees_with_a_flood(void **state) {
     }
 }
 
-/* Bytes of two words; positions count from the chunk's corner, so their rounding may differ by the last bit. */
-static void assert_near(uint32_t a, uint32_t b) {
+/* Bytes of two words; positions count from the chunk's corner, so their rounding may differ by the last bit.
+ */
+static void assert_near(uint32_t a, uint32_t b)
+{
     for (int k = 0; k < 4; k++)
         assert_true(abs((int8_t)(a >> (8 * k)) - (int8_t)(b >> (8 * k))) <= 1);
 }
 
 /* A driver with small buffers makes several chunks of what others make one, and the voxels are the same. */
-static void chunks_are_cut_until_they_fit(void **state) {
+static void chunks_are_cut_until_they_fit(void **state)
+{
     (void)state;
     voxel_world a, b;
     cells whole = cells_of(&a, 1, 26, false);
@@ -228,7 +243,8 @@ static void chunks_are_cut_until_they_fit(void **state) {
     kd_world_destroy(b.world);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(thin_voxels_are_fewer_and_still_closed),
         cmocka_unit_test(filled_shapes_are_solid),

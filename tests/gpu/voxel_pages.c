@@ -3,7 +3,8 @@
 #include "tests/voxel_fixture.h"
 
 /* Slots of a page are each on its stack or in use, once; what is in use is what the objects have. */
-static void assert_books_balance(voxel_world *v) {
+static void assert_books_balance(voxel_world *v)
+{
     const kd_voxel_scene *scene = voxel_scene(v);
     for (int l = 0; l < KD_LAYER_COUNT; l++) {
         const kd_voxel_pages *pages = &scene->pages[l];
@@ -40,7 +41,8 @@ static void assert_books_balance(voxel_world *v) {
 }
 
 /* Every object's segments cover its cached voxels once in each cascade that it is in. */
-static void assert_segments_are_whole(voxel_world *v) {
+static void assert_segments_are_whole(voxel_world *v)
+{
     const kd_voxel_scene *scene = voxel_scene(v);
     uint64_t *covered = calloc(scene->object_count + 1, KD_MAX_CASCADES * sizeof *covered);
     assert_non_null(covered);
@@ -68,7 +70,8 @@ static void assert_segments_are_whole(voxel_world *v) {
     free(covered);
 }
 
-static void camera_flies_through_a_field(void **state) {
+static void camera_flies_through_a_field(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.cascades = 3, .span = 0.02f});
     kd_model *ball;
@@ -99,7 +102,8 @@ static void camera_flies_through_a_field(void **state) {
 }
 
 /* Random births, deaths, first moves and changes of scale; caches are few, so each frame is short. */
-static void thousands_come_and_go(void **state) {
+static void thousands_come_and_go(void **state)
+{
     (void)state;
     enum { LIVE = 60, FRAMES = 60, CHANGES = 40 };
     uint64_t random = 3;
@@ -147,7 +151,8 @@ static void thousands_come_and_go(void **state) {
     voxel_close(&v);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(camera_flies_through_a_field),
         cmocka_unit_test(thousands_come_and_go),

@@ -8,7 +8,8 @@
 #define SPAN 0.02f
 
 /* Corners in cells from the lattice's phase, moved as the voxelizer does. */
-static void triangle_cells(const cells *c, uint32_t triangle, double out[3][3]) {
+static void triangle_cells(const cells *c, uint32_t triangle, double out[3][3])
+{
     const kd_primitive_desc *p = c->cache->desc;
     for (int v = 0; v < 3; v++) {
         const float *at = &p->positions[p->indices[3 * triangle + (uint32_t)v]].x,
@@ -20,7 +21,8 @@ static void triangle_cells(const cells *c, uint32_t triangle, double out[3][3]) 
 
 /* Mark every cell that a triangle touches when cells are larger by `margin` on each side. What has no area
  * touches none. */
-static void mark_exactly(const cells *c, double margin, uint8_t *out) {
+static void mark_exactly(const cells *c, double margin, uint8_t *out)
+{
     for (uint32_t t = 0; t < c->cache->desc->index_count / 3; t++) {
         double p[3][3];
         int64_t from[3], to[3], cell[3];
@@ -50,7 +52,8 @@ static void mark_exactly(const cells *c, double margin, uint8_t *out) {
  * nudge, which is a 1024th, so that a plane on a border is still told apart from its other side. */
 #define MARGIN 8e-4
 
-static void assert_exact(const cells *c) {
+static void assert_exact(const cells *c)
+{
     size_t count = (size_t)c->size[0] * c->size[1] * c->size[2];
     uint8_t *must = calloc(count, 1), *may = calloc(count, 1);
     assert_true(must && may);
@@ -67,7 +70,8 @@ static void assert_exact(const cells *c) {
 }
 
 /* Does the flood from outside stay out of the cell at a model-space point? */
-static void assert_closed(const cells *c, kd_vec3 inside) {
+static void assert_closed(const cells *c, kd_vec3 inside)
+{
     uint8_t *outside = calloc((size_t)c->size[0] * c->size[1] * c->size[2], 1);
     int64_t cell[3];
     assert_non_null(outside);
@@ -80,7 +84,8 @@ static void assert_closed(const cells *c, kd_vec3 inside) {
     free(outside);
 }
 
-static void shapes_become_closed_shells_of_the_cells_they_touch(void **state) {
+static void shapes_become_closed_shells_of_the_cells_they_touch(void **state)
+{
     (void)state;
     static const struct {
         kd_shape shape;
@@ -108,7 +113,8 @@ static void shapes_become_closed_shells_of_the_cells_they_touch(void **state) {
 }
 
 /* Slivers, needles and large ones, through each other. */
-static void any_triangle_marks_the_cells_it_touches(void **state) {
+static void any_triangle_marks_the_cells_it_touches(void **state)
+{
     (void)state;
     uint64_t random = 11;
     kd_model *model = fixture_model();
@@ -138,7 +144,8 @@ static void any_triangle_marks_the_cells_it_touches(void **state) {
     voxel_close(&v);
 }
 
-static void plane_on_a_border_is_one_layer(void **state) {
+static void plane_on_a_border_is_one_layer(void **state)
+{
     (void)state;
     for (int k = -3; k <= 3;
          k++) { /* 24 cells wide, on whole cells; the nudge puts the far edge into one more */
@@ -157,9 +164,10 @@ static void plane_on_a_border_is_one_layer(void **state) {
     }
 }
 
-/* A bar far longer than the grid is cut into tiles: inside the grid it is as whole as anywhere, every slice of cells across
- * it like the one in the middle, and what lies outside is not voxelized. */
-static void long_primitive_is_cut_into_tiles(void **state) {
+/* A bar far longer than the grid is cut into tiles: inside the grid it is as whole as anywhere, every slice
+ * of cells across it like the one in the middle, and what lies outside is not voxelized. */
+static void long_primitive_is_cut_into_tiles(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
     voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){50, 0.09f, 0.13f}, NULL,
@@ -185,7 +193,8 @@ static void long_primitive_is_cut_into_tiles(void **state) {
     voxel_close(&v);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shapes_become_closed_shells_of_the_cells_they_touch),
         cmocka_unit_test(any_triangle_marks_the_cells_it_touches),

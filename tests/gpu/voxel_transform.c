@@ -13,7 +13,8 @@ typedef struct cover {
 /* Sum of the shares of all page voxels of a layer in every cell of cascade 0. Every voxel keeps nearly all of
  * its 256: over all fractions, what dropped shares and rounding leave of it is at least 222 (at 17, 17, 127
  * of 256). */
-static cover read_cover(voxel_world *v, int layer, uint32_t at_least) {
+static cover read_cover(voxel_world *v, int layer, uint32_t at_least)
+{
     voxel_capture capture = voxel_read_source(v);
     uint32_t n = voxel_scene(v)->resolution;
     cover c = {
@@ -42,13 +43,15 @@ static cover read_cover(voxel_world *v, int layer, uint32_t at_least) {
     return c;
 }
 
-static void free_cover(cover *c) {
+static void free_cover(cover *c)
+{
     free(c->weight);
     free(c->wall);
 }
 
 /* Cell of a point in the world. */
-static size_t cell_of(voxel_world *v, kd_vec3 p) {
+static size_t cell_of(voxel_world *v, kd_vec3 p)
+{
     const kd_voxel_scene *scene = voxel_scene(v);
     size_t at = 0;
     for (int k = 2; k >= 0; k--)
@@ -57,7 +60,8 @@ static size_t cell_of(voxel_world *v, kd_vec3 p) {
     return at;
 }
 
-static bool is_closed_round(voxel_world *v, kd_vec3 inside, uint32_t at_least) {
+static bool is_closed_round(voxel_world *v, kd_vec3 inside, uint32_t at_least)
+{
     cover c = read_cover(v, KD_LAYER_DYNAMIC, at_least);
     uint8_t *outside = calloc((size_t)c.size[0] * c.size[1] * c.size[2], 1);
     assert_non_null(outside);
@@ -73,7 +77,8 @@ static bool is_closed_round(voxel_world *v, kd_vec3 inside, uint32_t at_least) {
 /* A cell with less than a sixth of a voxel lets light through; a closed surface has more everywhere. */
 #define WALL 40
 
-static void turn_without_holes(kd_shape shape, kd_vec3 size, kd_vec3 inside) {
+static void turn_without_holes(kd_shape shape, kd_vec3 size, kd_vec3 inside)
+{
     uint64_t random = 5;
     voxel_world v = voxel_open((voxel_options){.span = 0.02f});
     kd_entity e = voxel_shape(&v, shape, size, NULL, voxel_at(0, 0, 0));
@@ -90,23 +95,27 @@ static void turn_without_holes(kd_shape shape, kd_vec3 size, kd_vec3 inside) {
     voxel_close(&v);
 }
 
-static void turning_box_has_no_hole(void **state) {
+static void turning_box_has_no_hole(void **state)
+{
     (void)state;
     turn_without_holes(KD_SHAPE_BOX, (kd_vec3){0.5f, 0.4f, 0.6f}, (kd_vec3){0, 0, 0});
 }
 
-static void turning_sphere_has_no_hole(void **state) {
+static void turning_sphere_has_no_hole(void **state)
+{
     (void)state;
     turn_without_holes(KD_SHAPE_SPHERE, (kd_vec3){0.6f, 0.6f, 0}, (kd_vec3){0, 0, 0});
 }
 
-static void turning_torus_has_no_hole(void **state) {
+static void turning_torus_has_no_hole(void **state)
+{
     (void)state;
     turn_without_holes(KD_SHAPE_TORUS, (kd_vec3){0.9f, 0.3f, 0}, (kd_vec3){0.3f, 0, 0});
 }
 
 /* Scales up to the point at which a finer cache is made, uniform and not. */
-static void scaled_box_has_no_hole(void **state) {
+static void scaled_box_has_no_hole(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = 0.02f});
     kd_entity e = voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.4f, 0.4f, 0.4f}, NULL, voxel_at(0, 0, 0));
@@ -126,14 +135,16 @@ static void scaled_box_has_no_hole(void **state) {
 
 /* ---- skinned ---- */
 
-static kd_vec3 cached_position(const kd_voxel_chunk *chunk, uint32_t word) {
+static kd_vec3 cached_position(const kd_voxel_chunk *chunk, uint32_t word)
+{
     kd_vec3 p = chunk->origin;
     for (int k = 0; k < 3; k++)
         (&p.x)[k] += ((float)(word >> (10 * k) & 1023u) + 0.5f) * chunk->span;
     return p;
 }
 
-static kd_vec3 blend(const kd_joint_palette *palette, uint32_t first, const uint32_t words[3], kd_vec3 p) {
+static kd_vec3 blend(const kd_joint_palette *palette, uint32_t first, const uint32_t words[3], kd_vec3 p)
+{
     kd_vec3 out = {0, 0, 0};
     float sum = 0;
     for (int k = 0; k < 4; k++) {
@@ -146,7 +157,8 @@ static kd_vec3 blend(const kd_joint_palette *palette, uint32_t first, const uint
 }
 
 /* Centre of mass of a splat: where the voxel stands, in cells of its cascade. */
-static kd_vec3 splat_centre(const uint32_t voxel[3]) {
+static kd_vec3 splat_centre(const uint32_t voxel[3])
+{
     kd_vec3 p;
     for (int k = 0; k < 3; k++)
         (&p.x)[k] = (float)(voxel[0] >> (10 * k) & 1023u) - 0.5f + (float)(voxel[1] >> (8 * k) & 255u) / 256;
@@ -156,7 +168,8 @@ static kd_vec3 splat_centre(const uint32_t voxel[3]) {
 /* 8 of 256 are rounded off a share: a thirtieth of a cell, and rounding of positions besides. */
 #define CENTRE_STEP 0.035f
 
-static float furthest_from_blend(voxel_world *v, uint32_t *checked) {
+static float furthest_from_blend(voxel_world *v, uint32_t *checked)
+{
     const kd_voxel_scene *scene = voxel_scene(v);
     const kd_joint_palette *palette = kd_singleton(v->world, kd_joint_palette);
     voxel_capture capture = voxel_read_source(v);
@@ -186,7 +199,8 @@ static float furthest_from_blend(voxel_world *v, uint32_t *checked) {
     return worst;
 }
 
-static void skinned_voxels_stand_where_their_joints_bring_them(void **state) {
+static void skinned_voxels_stand_where_their_joints_bring_them(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = 0.02f});
     voxel_load(&v, "samples/assets/walker.gltf", voxel_at(0.1f, 0, 0.05f));
@@ -202,7 +216,8 @@ static void skinned_voxels_stand_where_their_joints_bring_them(void **state) {
 }
 
 /* Free cells that the flood from outside does not reach. */
-static size_t enclosed_cells(voxel_world *v, uint32_t at_least) {
+static size_t enclosed_cells(voxel_world *v, uint32_t at_least)
+{
     cover c = read_cover(v, KD_LAYER_DYNAMIC, at_least);
     size_t count = (size_t)c.size[0] * c.size[1] * c.size[2], enclosed = 0;
     uint8_t *outside = calloc(count, 1);
@@ -217,7 +232,8 @@ static size_t enclosed_cells(voxel_world *v, uint32_t at_least) {
 
 /* What the skin encloses at rest it encloses in every pose: a hole anywhere in a limb would empty that limb.
  */
-static void walker_stays_closed_in_every_clip(void **state) {
+static void walker_stays_closed_in_every_clip(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = 0.016f});
     kd_entity walker = voxel_load(&v, "samples/assets/walker.gltf", voxel_at(0, 0, 0));
@@ -241,7 +257,8 @@ static void walker_stays_closed_in_every_clip(void **state) {
 /* ---- morphing ---- */
 
 /* A box whose only target moves its right side out by half its width. */
-static kd_model *growing_box(void) {
+static kd_model *growing_box(void)
+{
     static kd_vec3 deltas[24];
     static const kd_vec3 *targets[1] = {deltas};
     static float weights[1] = {0};
@@ -260,14 +277,16 @@ static kd_model *growing_box(void) {
     return model;
 }
 
-static kd_entity morphing_entity(voxel_world *v) {
+static kd_entity morphing_entity(voxel_world *v)
+{
     const kd_draw_list *list = kd_singleton(v->world, kd_draw_list);
     assert_true(list->draw_count > 0);
     return list->draws[0].entity;
 }
 
 /* Extent along x of the voxels' centres, in metres. */
-static void extent_x(voxel_world *v, float *low, float *high) {
+static void extent_x(voxel_world *v, float *low, float *high)
+{
     const kd_voxel_scene *scene = voxel_scene(v);
     voxel_capture capture = voxel_read_source(v);
     const svo_reference_layer *pages = &capture.source.layers[KD_LAYER_DYNAMIC];
@@ -283,7 +302,8 @@ static void extent_x(voxel_world *v, float *low, float *high) {
     voxel_capture_free(&capture);
 }
 
-static void morphing_voxels_follow_the_surface(void **state) {
+static void morphing_voxels_follow_the_surface(void **state)
+{
     (void)state;
     voxel_world v = voxel_open((voxel_options){.span = 0.02f});
     voxel_spawn(&v, growing_box(), voxel_at(0, 0, 0));
@@ -303,7 +323,8 @@ static void morphing_voxels_follow_the_surface(void **state) {
     voxel_close(&v);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(turning_box_has_no_hole),
         cmocka_unit_test(turning_sphere_has_no_hole),

@@ -26,11 +26,13 @@ static const char scene[] =
 #define MIDDLE 44
 
 /* Over the middle rows of a band: how much stronger channel a is than channel b. */
-static double tint(image p, int a, int b, uint32_t x) {
+static double tint(image p, int a, int b, uint32_t x)
+{
     return image_mean(p, a, x, 24, x + 8, 40) / image_mean(p, b, x, 24, x + 8, 40);
 }
 
-static image render(const char *gi, const char *output) {
+static image render(const char *gi, const char *output)
+{
     image_render(image_scenario("walls.lua", scene), "--frames", "1", "--gi", gi, "--out",
                  image_path(output));
     return image_read(output);
@@ -38,7 +40,8 @@ static image render(const char *gi, const char *output) {
 
 /* The floor is grey and the lamp white, so all tint is bounced. Straight from the wall's foot half of the sky
  * is wall: its bounce is a good tenth of the light there. */
-static void floor_beside_a_wall_takes_its_colour(void **state) {
+static void floor_beside_a_wall_takes_its_colour(void **state)
+{
     (void)state;
     image none = render("none", "none.exr"), cones = render("cones", "cones.exr");
     assert_double_near(tint(none, 0, 1, BESIDE), 1.0, 0.001);
@@ -49,7 +52,8 @@ static void floor_beside_a_wall_takes_its_colour(void **state) {
     image_free(&cones);
 }
 
-static void bleeding_falls_with_distance(void **state) {
+static void bleeding_falls_with_distance(void **state)
+{
     (void)state;
     image cones = render("cones", "cones.exr");
     double red[3] = {tint(cones, 0, 1, BESIDE), tint(cones, 0, 1, APART), tint(cones, 0, 1, MIDDLE)};
@@ -64,7 +68,8 @@ static void bleeding_falls_with_distance(void **state) {
 
 /* The scene is its own mirror image but for the colours: what red gets on one side, green gets on the other.
  * The voxels' lattice is no mirror image of itself, which costs some percent. */
-static void both_walls_bleed_alike(void **state) {
+static void both_walls_bleed_alike(void **state)
+{
     (void)state;
     image cones = render("cones", "cones.exr");
     for (uint32_t x = BESIDE; x <= 71; x += 9)
@@ -72,7 +77,8 @@ static void both_walls_bleed_alike(void **state) {
     image_free(&cones);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(floor_beside_a_wall_takes_its_colour),
         cmocka_unit_test(bleeding_falls_with_distance),

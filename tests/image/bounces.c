@@ -1,5 +1,5 @@
-/* Light that is reflected again and again, in a closed room whose walls all glow with 1 and reflect a share of 0.6: what a
- * wall sends out is a geometric series, whatever the room's shape. */
+/* Light that is reflected again and again, in a closed room whose walls all glow with 1 and reflect a share
+ * of 0.6: what a wall sends out is a geometric series, whatever the room's shape. */
 #include "tests/image_fixture.h"
 
 #define ALBEDO 0.6
@@ -11,19 +11,21 @@ static const char room[] =
     "    for side = -1, 1, 2 do\n"
     "        local size, place = {2.6, 2.6, 2.6}, {0, 0, 0}\n"
     "        size[axis], place[axis] = 0.3, side * 1.15\n"
-    "        walls[#walls + 1] = kandil.spawn { mesh = { shape = 'box', size = size }, transform = { position = place },\n"
+    "        walls[#walls + 1] = kandil.spawn { mesh = { shape = 'box', size = size }, transform = { "
+    "position = place },\n"
     "            material = { base_color = {0.6, 0.6, 0.6}, emissive = {%g, %g, %g} } }\n"
     "    end\n"
     "end\n"
-    "local lamp = kandil.spawn { light = { type = 'point', intensity = %g }, transform = { position = {0.2, 0.3, 0} } }\n"
+    "local lamp = kandil.spawn { light = { type = 'point', intensity = %g }, transform = { position = {0.2, "
+    "0.3, 0} } }\n"
     "function kandil.update(t) if t > 1.15 then lamp.light.intensity = 0 end end\n"
     "kandil.spawn { camera = { fov_y_deg = 60, z_near = 0.01 },\n"
     "               transform = { position = {0.1, 0, 0.2}, look_at = {0.3, 0.1, -1} } }\n";
 
 static image render(double glow, double lamp, const char *bounces, const char *frames, const char *view)
 {
-    image_render(image_scenario("room.lua", room, glow, glow, glow, lamp), "--frames", frames, "--set", bounces, "--set",
-                 "voxels.cascades=2", "--view", view, "--out", image_path("room.exr"));
+    image_render(image_scenario("room.lua", room, glow, glow, glow, lamp), "--frames", frames, "--set",
+                 bounces, "--set", "voxels.cascades=2", "--view", view, "--out", image_path("room.exr"));
     return image_read("room.exr");
 }
 
@@ -40,11 +42,12 @@ static void bounces_are_a_geometric_series(void **state)
 {
     (void)state;
     const double a = ALBEDO;
-    double one = mean(1, 0, "light.bounces=1", "1", "final"), two = mean(1, 0, "light.bounces=2", "1", "final");
+    double one = mean(1, 0, "light.bounces=1", "1", "final"),
+           two = mean(1, 0, "light.bounces=2", "1", "final");
     double endless = mean(1, 0, "light.bounces=inf", "40", "final");
     if (getenv("KD_KEEP_PICTURES"))
-        print_message("1: %.3f of %.3f, 2: %.3f of %.3f, inf: %.3f of %.3f\n", one, 1 + a, two, 1 + a + a * a, endless,
-                      1 / (1 - a));
+        print_message("1: %.3f of %.3f, 2: %.3f of %.3f, inf: %.3f of %.3f\n", one, 1 + a, two, 1 + a + a * a,
+                      endless, 1 / (1 - a));
     assert_double_near(one / (1 + a), 1, 0.03);
     assert_double_near(two / (1 + a + a * a), 1, 0.04);
     assert_double_near(endless * (1 - a), 1, 0.05);
@@ -68,7 +71,8 @@ static void light_grows_to_its_limit_and_not_beyond(void **state)
 static void light_leaves_with_its_lamp(void **state)
 {
     (void)state;
-    double lit = mean(0, 5, "light.bounces=inf", "12", "indirect"), once = mean(0, 5, "light.bounces=1", "12", "indirect");
+    double lit = mean(0, 5, "light.bounces=inf", "12", "indirect"),
+           once = mean(0, 5, "light.bounces=1", "12", "indirect");
     assert_double_above(lit, 1.3 * once);
     assert_double_below(mean(0, 5, "light.bounces=inf", "13", "indirect"), 0.1 * lit);
     assert_double_below(mean(0, 5, "light.bounces=inf", "15", "indirect"), 0.01 * lit);

@@ -8,13 +8,15 @@
 #define FRAMES 5
 
 /* Write every frame of the demo as <name>0000.png and on. */
-static void render(const char *name, const char *threads) {
+static void render(const char *name, const char *threads)
+{
     char pattern[64];
     snprintf(pattern, sizeof pattern, "%s%%04d.png", name);
     image_render(DEMO, "--size", SIZE, "--frames", "5", "--threads", threads, "--out", image_path(pattern));
 }
 
-static void assert_same_frames(const char *a, const char *b) {
+static void assert_same_frames(const char *a, const char *b)
+{
     for (int i = 0; i < FRAMES; i++) {
         char names[2][64];
         snprintf(names[0], sizeof names[0], "%s%04d.png", a, i);
@@ -23,14 +25,16 @@ static void assert_same_frames(const char *a, const char *b) {
     }
 }
 
-static void two_runs_give_the_same_bytes(void **state) {
+static void two_runs_give_the_same_bytes(void **state)
+{
     (void)state;
     render("first", "2");
     render("second", "2");
     assert_same_frames("first", "second");
 }
 
-static void one_thread_gives_the_bytes_of_two(void **state) {
+static void one_thread_gives_the_bytes_of_two(void **state)
+{
     (void)state;
     render("two", "2");
     render("one", "1");
@@ -38,7 +42,8 @@ static void one_thread_gives_the_bytes_of_two(void **state) {
 }
 
 /* The frames of one run differ, or the tests above would compare nothing. */
-static void frames_of_the_demo_differ(void **state) {
+static void frames_of_the_demo_differ(void **state)
+{
     (void)state;
     render("all", "2");
     image first = image_read("all0000.png"), last = image_read("all0004.png");
@@ -48,7 +53,8 @@ static void frames_of_the_demo_differ(void **state) {
 }
 
 /* What is written besides, measured or watched does not touch the picture. */
-static void other_outputs_change_no_frame(void **state) {
+static void other_outputs_change_no_frame(void **state)
+{
     (void)state;
     render("plain", "2");
     image_render(DEMO, "--size", SIZE, "--frames", "5", "--out", image_path("last.png"), "--out",
@@ -60,7 +66,8 @@ static void other_outputs_change_no_frame(void **state) {
 }
 
 /* Frame n is what it is, whatever comes after it. */
-static void a_shorter_run_gives_the_same_frames(void **state) {
+static void a_shorter_run_gives_the_same_frames(void **state)
+{
     (void)state;
     render("long", "2");
     image_render(DEMO, "--size", SIZE, "--frames", "3", "--out", image_path("short.png"));
@@ -68,7 +75,8 @@ static void a_shorter_run_gives_the_same_frames(void **state) {
 }
 
 /* The program stops with a message otherwise. */
-static void systems_of_the_demo_touch_what_they_declare(void **state) {
+static void systems_of_the_demo_touch_what_they_declare(void **state)
+{
     (void)state;
     render("free", "2");
     image_render(DEMO, "--size", SIZE, "--frames", "5", "--set", "debug.access=on", "--out",
@@ -77,7 +85,8 @@ static void systems_of_the_demo_touch_what_they_declare(void **state) {
 }
 
 /* Systems one by one, in orders that their declarations allow: were one missing, some order would show. */
-static void any_legal_order_of_systems_gives_the_same_bytes(void **state) {
+static void any_legal_order_of_systems_gives_the_same_bytes(void **state)
+{
     (void)state;
     render("ordered", "2");
     for (int seed = 1; seed <= 3; seed++) {
@@ -89,7 +98,8 @@ static void any_legal_order_of_systems_gives_the_same_bytes(void **state) {
     }
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_runs_give_the_same_bytes),
         cmocka_unit_test(one_thread_gives_the_bytes_of_two),

@@ -1,5 +1,5 @@
-/* Light of a lamp that is a surface: a square panel in a ceiling, and the wall behind it. What reaches the wall is known by
- * quadrature over the panel. */
+/* Light of a lamp that is a surface: a square panel in a ceiling, and the wall behind it. What reaches the
+ * wall is known by quadrature over the panel. */
 #include "tests/image_fixture.h"
 
 #define PI     3.14159265358979
@@ -23,14 +23,16 @@ static double exact(double y)
     enum { CELLS = 40 };
     double sum = 0, edge = 0.6 / CELLS;
     for (int i = 0; i < CELLS * CELLS; i++) {
-        double x = -0.3 + (i % CELLS + 0.5) * edge, z = -0.3 + (i / CELLS + 0.5) * edge, up = 1 - y, out = z + 1;
+        double x = -0.3 + (i % CELLS + 0.5) * edge, z = -0.3 + (i / CELLS + 0.5) * edge, up = 1 - y,
+               out = z + 1;
         double d2 = x * x + up * up + out * out;
         sum += out * up / (d2 * d2);
     }
     return ALBEDO / PI * 10 * sum * edge * edge;
 }
 
-/* Rows go from y = 1 down to -1. Near the ceiling the panel is seen at a grazing angle, by the edges of wide cones. */
+/* Rows go from y = 1 down to -1. Near the ceiling the panel is seen at a grazing angle, by the edges of wide
+ * cones. */
 static void a_panel_lights_the_wall_beside_it_from_top_to_bottom(void **state)
 {
     (void)state;
@@ -49,6 +51,7 @@ static void a_panel_lights_the_wall_beside_it_from_top_to_bottom(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_panel_lights_the_wall_beside_it_from_top_to_bottom)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_panel_lights_the_wall_beside_it_from_top_to_bottom)};
     return cmocka_run_group_tests(tests, image_setup, image_teardown);
 }

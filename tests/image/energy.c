@@ -25,9 +25,10 @@ static const char room[] = "kandil.scene { size = {48, 27} }\n"
                            "kandil.spawn { camera = { fov_y_deg = 70 }, transform = { position = {-0.8, 0.5, "
                            "0.8}, look_at = {0.6, -0.3, -0.8} } }\n";
 
-static image render(double albedo, double intensity, const char *view, const char *output) {
-    image_render(image_scenario("room.lua", room, albedo, albedo, albedo, intensity), "--frames", "1", "--set", "light.bounces=1",
-                 "--view", view, "--out", image_path(output));
+static image render(double albedo, double intensity, const char *view, const char *output)
+{
+    image_render(image_scenario("room.lua", room, albedo, albedo, albedo, intensity), "--frames", "1",
+                 "--set", "light.bounces=1", "--view", view, "--out", image_path(output));
     return image_read(output);
 }
 
@@ -39,18 +40,21 @@ typedef struct vec {
 
 static const vec lamp = {{0.1, 0.2, -0.1}}, eye = {{-0.8, 0.5, 0.8}}, target = {{0.6, -0.3, -0.8}};
 
-static vec cross(vec a, vec b) {
+static vec cross(vec a, vec b)
+{
     return (vec){{a.v[1] * b.v[2] - a.v[2] * b.v[1], a.v[2] * b.v[0] - a.v[0] * b.v[2],
                   a.v[0] * b.v[1] - a.v[1] * b.v[0]}};
 }
 
-static vec unit(vec a) {
+static vec unit(vec a)
+{
     double length = sqrt(a.v[0] * a.v[0] + a.v[1] * a.v[1] + a.v[2] * a.v[2]);
     return (vec){{a.v[0] / length, a.v[1] / length, a.v[2] / length}};
 }
 
 /* Where a ray from inside meets a wall, and the axis of the wall's normal. */
-static vec hit(vec p, vec d, int *axis) {
+static vec hit(vec p, vec d, int *axis)
+{
     double nearest = 1e9;
     for (int i = 0; i < 3; i++) {
         double t = fabs(d.v[i]) < 1e-12 ? 1e9 : ((d.v[i] > 0 ? 1 : -1) - p.v[i]) / d.v[i];
@@ -64,7 +68,8 @@ static vec hit(vec p, vec d, int *axis) {
     return p;
 }
 
-static vec pixel_hit(uint32_t x, uint32_t y, int *axis) {
+static vec pixel_hit(uint32_t x, uint32_t y, int *axis)
+{
     vec forward = unit((vec){{target.v[0] - eye.v[0], target.v[1] - eye.v[1], target.v[2] - eye.v[2]}});
     vec right = unit(cross(forward, (vec){{0, 1, 0}})), up = cross(right, forward), d;
     double half = tan(35 * PI / 180);
@@ -75,7 +80,8 @@ static vec pixel_hit(uint32_t x, uint32_t y, int *axis) {
 }
 
 /* Radiance that a wall point sends out after one reflection. */
-static double direct(vec p, int axis) {
+static double direct(vec p, int axis)
+{
     vec l = {{lamp.v[0] - p.v[0], lamp.v[1] - p.v[1], lamp.v[2] - p.v[2]}};
     double d2 = l.v[0] * l.v[0] + l.v[1] * l.v[1] + l.v[2] * l.v[2];
     return ALBEDO / PI * INTENSITY * fabs(l.v[axis]) / (d2 * sqrt(d2));
@@ -83,7 +89,8 @@ static double direct(vec p, int axis) {
 
 /* The same after two: albedo times the mean of `direct` over the cosine-weighted hemisphere, by the midpoint
  * rule. */
-static double indirect(vec p, int axis) {
+static double indirect(vec p, int axis)
+{
     enum { RINGS = 24, SECTORS = 48 };
     double sum = 0, inward = p.v[axis] > 0 ? -1 : 1;
     p.v[axis] = -inward * (1 - 1e-9);
@@ -105,7 +112,8 @@ static double indirect(vec p, int axis) {
 /* Away from grazing views, where the highlight of a rough surface shows, direct light is albedo / pi times
  * irradiance; Fresnel takes 2 to 4 % of it and the highlight gives some back. Pixels on a seam of two walls
  * may see a sliver of shadow. */
-static void direct_light_is_what_it_should_be(void **state) {
+static void direct_light_is_what_it_should_be(void **state)
+{
     (void)state;
     image p = render(ALBEDO, INTENSITY, "direct", "direct.exr");
     int off = 0;
@@ -123,7 +131,8 @@ static void direct_light_is_what_it_should_be(void **state) {
  * brightest point, 0.8 m from the lamp; the highlight of a rough white surface returns at most another 7 %.
  * All together must bring what there is within what six cones make of an uneven room: 5 % more, a quarter
  * less. Single pixels differ more: cones are wide, so dark corners take from bright walls. */
-static void one_bounce_is_bounded_by_the_light_there_is(void **state) {
+static void one_bounce_is_bounded_by_the_light_there_is(void **state)
+{
     const double bound = (ALBEDO + 0.07) * ALBEDO / PI * INTENSITY / (0.8 * 0.8);
     double sum = 0, wanted = 0;
     (void)state;
@@ -148,7 +157,8 @@ static void one_bounce_is_bounded_by_the_light_there_is(void **state) {
 
 /* All that happens to light is linear, and halfs scale by two without rounding. Equal bits would be too much
  * to ask: the tree keeps radiance in a common exponent, whose last bit may fall otherwise. */
-static void doubled_lamp_doubles_the_picture(void **state) {
+static void doubled_lamp_doubles_the_picture(void **state)
+{
     (void)state;
     image one = render(ALBEDO, INTENSITY, "final", "one.exr"),
           two = render(ALBEDO, 2 * INTENSITY, "final", "two.exr");
@@ -158,7 +168,8 @@ static void doubled_lamp_doubles_the_picture(void **state) {
     image_free(&two);
 }
 
-static void no_lamp_is_black(void **state) {
+static void no_lamp_is_black(void **state)
+{
     (void)state;
     image p = render(ALBEDO, 0, "final", "dark.exr");
     for (size_t i = 0; i < image_count(p); i++)
@@ -167,7 +178,8 @@ static void no_lamp_is_black(void **state) {
 }
 
 /* All indirect light here has met a wall: what a black wall's highlight returns is not carried by voxels. */
-static void black_walls_send_nothing_back(void **state) {
+static void black_walls_send_nothing_back(void **state)
+{
     (void)state;
     image p = render(0, INTENSITY, "indirect", "black.exr");
     for (size_t i = 0; i < image_count(p); i++)
@@ -175,7 +187,8 @@ static void black_walls_send_nothing_back(void **state) {
     image_free(&p);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(direct_light_is_what_it_should_be),
         cmocka_unit_test(one_bounce_is_bounded_by_the_light_there_is),

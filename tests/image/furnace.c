@@ -36,7 +36,8 @@ static const char room[] =
     "kandil.spawn { parent = n, camera = { fov_y_deg = 60, z_near = 0.01 },\n"
     "               transform = { position = {%g, %g, %g}, look_at = {%g, %g, %g} } }\n";
 
-static image render(const furnace *f, const char *view) {
+static image render(const furnace *f, const char *view)
+{
     char span[64], voxels[64], cascades[64], every[64];
     double eye[3], look[3];
     for (int i = 0; i < 3; i++) {
@@ -51,12 +52,14 @@ static image render(const furnace *f, const char *view) {
     snprintf(voxels, sizeof voxels, "voxels.resolution=%s", f->voxels);
     snprintf(cascades, sizeof cascades, "voxels.cascades=%s", f->cascades);
     snprintf(every, sizeof every, "cones.resolution=%s", f->every);
-    image_render(scene, "--frames", "1", "--set", "light.bounces=1", "--gi", "cones", "--view", view, "--set", span, "--set", voxels,
-                 "--set", cascades, "--set", every, "--out", image_path("furnace.exr"));
+    image_render(scene, "--frames", "1", "--set", "light.bounces=1", "--gi", "cones", "--view", view, "--set",
+                 span, "--set", voxels, "--set", cascades, "--set", every, "--out",
+                 image_path("furnace.exr"));
     return image_read("furnace.exr");
 }
 
-static double spread(image p, double *mean) {
+static double spread(image p, double *mean)
+{
     double worst = 0;
     *mean = image_mean_all(p);
     for (size_t i = 0; i < image_count(p); i++)
@@ -251,7 +254,8 @@ static const furnace hard_rooms[] = {
 };
 
 /* Returns whether the room is as even as it must be; says so if not. */
-static bool is_even(const furnace *f) {
+static bool is_even(const furnace *f)
+{
     double mean;
     image p = render(f, "final");
     double worst = spread(p, &mean);
@@ -263,7 +267,8 @@ static bool is_even(const furnace *f) {
     return even;
 }
 
-static void every_pixel_of_a_furnace_is_equally_bright(void **state) {
+static void every_pixel_of_a_furnace_is_equally_bright(void **state)
+{
     int uneven = 0;
     (void)state;
     for (size_t i = 0; i < sizeof plain_rooms / sizeof *plain_rooms; i++)
@@ -271,7 +276,8 @@ static void every_pixel_of_a_furnace_is_equally_bright(void **state) {
     assert_int_equal(uneven, 0);
 }
 
-static void hard_furnaces_are_nearly_even(void **state) {
+static void hard_furnaces_are_nearly_even(void **state)
+{
     int uneven = 0;
     (void)state;
     for (size_t i = 0; i < sizeof hard_rooms / sizeof *hard_rooms; i++)
@@ -280,7 +286,8 @@ static void hard_furnaces_are_nearly_even(void **state) {
 }
 
 /* Evenness alone would let light get lost everywhere. */
-static void a_furnace_has_the_radiance_it_should_have(void **state) {
+static void a_furnace_has_the_radiance_it_should_have(void **state)
+{
     double mean;
     (void)state;
     image p = render(&plain_rooms[0], "final");
@@ -289,7 +296,8 @@ static void a_furnace_has_the_radiance_it_should_have(void **state) {
     image_free(&p);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_pixel_of_a_furnace_is_equally_bright),
         cmocka_unit_test(hard_furnaces_are_nearly_even),

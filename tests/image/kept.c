@@ -46,13 +46,16 @@ static const char things[] =
     "} }\n"
     "%s\n";
 
-static image render(const char *scene, const char *frames, const char *layers, const char *output) {
-    image_render(scene, "--frames", frames, "--set", "light.bounces=1", "--set", layers, "--out", image_path(output));
+static image render(const char *scene, const char *frames, const char *layers, const char *output)
+{
+    image_render(scene, "--frames", frames, "--set", "light.bounces=1", "--set", layers, "--out",
+                 image_path(output));
     return image_read(output);
 }
 
 /* The pictures are equal to the last bit, and `other` is not, so that equality says something. */
-static void assert_equal_but_not(image a, image b, image other) {
+static void assert_equal_but_not(image a, image b, image other)
+{
     image_error same = image_difference(a, b), different = image_difference(a, other);
     if (same.max > 0)
         fail_msg("differ by %g at most, %g on average", same.max, same.mean);
@@ -62,7 +65,8 @@ static void assert_equal_but_not(image a, image b, image other) {
     image_free(&other);
 }
 
-static void a_flight_leaves_nothing_behind(void **state) {
+static void a_flight_leaves_nothing_behind(void **state)
+{
     (void)state;
     image flown =
         render(image_scenario("flight.lua", flight, -3.0, -3.0), "4", "svo.layers=two", "flown.exr");
@@ -72,7 +76,8 @@ static void a_flight_leaves_nothing_behind(void **state) {
     assert_equal_but_not(flown, there, start);
 }
 
-static void one_layer_gives_the_picture_of_two(void **state) {
+static void one_layer_gives_the_picture_of_two(void **state)
+{
     (void)state;
     image two = render(image_scenario("flight.lua", flight, -3.0, -3.0), "4", "svo.layers=two", "two.exr");
     image one = render(image_scenario("flight.lua", flight, -3.0, -3.0), "4", "svo.layers=one", "one.exr");
@@ -81,18 +86,21 @@ static void one_layer_gives_the_picture_of_two(void **state) {
     assert_equal_but_not(two, one, start);
 }
 
-static image render_things(const char *what, const char *output) {
+static image render_things(const char *what, const char *output)
+{
     return render(image_scenario("things.lua", things, what), "5", "svo.layers=two", output);
 }
 
-static void a_box_that_comes_is_there(void **state) {
+static void a_box_that_comes_is_there(void **state)
+{
     (void)state;
     image came = render_things("kandil.at(0.25, function() red() end) lamp()", "came.exr");
     assert_equal_but_not(came, render_things("red() lamp()", "both.exr"),
                          render_things("lamp()", "lamp.exr"));
 }
 
-static void a_box_that_goes_is_gone(void **state) {
+static void a_box_that_goes_is_gone(void **state)
+{
     (void)state;
     image gone =
         render_things("local r = red() kandil.at(0.25, function() r:destroy() end) lamp()", "gone.exr");
@@ -100,20 +108,23 @@ static void a_box_that_goes_is_gone(void **state) {
                          render_things("red() lamp()", "both.exr"));
 }
 
-static void a_lamp_that_comes_shines(void **state) {
+static void a_lamp_that_comes_shines(void **state)
+{
     (void)state;
     image on = render_things("red() kandil.at(0.25, function() lamp() end)", "on.exr");
     assert_equal_but_not(on, render_things("red() lamp()", "both.exr"), render_things("red()", "box.exr"));
 }
 
-static void a_lamp_that_goes_out_is_dark(void **state) {
+static void a_lamp_that_goes_out_is_dark(void **state)
+{
     (void)state;
     image out =
         render_things("red() local l = lamp() kandil.at(0.25, function() l:destroy() end)", "out.exr");
     assert_equal_but_not(out, render_things("red()", "box.exr"), render_things("red() lamp()", "both.exr"));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_flight_leaves_nothing_behind),
         cmocka_unit_test(one_layer_gives_the_picture_of_two),

@@ -24,13 +24,15 @@ static const char scene[] =
     "kandil.spawn { camera = { fov_y_deg = 50 }, transform = { position = {1.6, 1.6, 2.4}, look_at = {0, "
     "0.3, 0} } }\n";
 
-static image render(double wall_m, const char *view) {
-    image_render(image_scenario("closed.lua", scene, wall_m), "--frames", "1", "--set", "light.bounces=1", "--view", view, "--out",
-                 image_path("closed.exr"));
+static image render(double wall_m, const char *view)
+{
+    image_render(image_scenario("closed.lua", scene, wall_m), "--frames", "1", "--set", "light.bounces=1",
+                 "--view", view, "--out", image_path("closed.exr"));
     return image_read("closed.exr");
 }
 
-static double brightest(image p) {
+static double brightest(image p)
+{
     double top = 0;
     for (size_t i = 0; i < image_count(p); i++)
         top = fmax(top, (double)p.rgb[i]);
@@ -38,14 +40,16 @@ static double brightest(image p) {
 }
 
 /* Relative to the inner walls. */
-static double leaked(double wall_m) {
+static double leaked(double wall_m)
+{
     image p = render(wall_m, "indirect");
     double mean = image_mean_all(p) / (0.8 / PI * 10 / (0.5 * 0.5));
     image_free(&p);
     return mean;
 }
 
-static void direct_light_stays_inside(void **state) {
+static void direct_light_stays_inside(void **state)
+{
     (void)state;
     image p = render(0.02, "direct");
     assert_double_near(brightest(p), 0, 0);
@@ -53,7 +57,8 @@ static void direct_light_stays_inside(void **state) {
 }
 
 /* A wall of 2.5 voxels has no voxel with both an inner and an outer side. */
-static void outer_voxels_are_dark(void **state) {
+static void outer_voxels_are_dark(void **state)
+{
     (void)state;
     image p = render(0.05, "octree");
     assert_double_near(brightest(p), 0, 0);
@@ -61,7 +66,8 @@ static void outer_voxels_are_dark(void **state) {
 }
 
 /* Cones read large cells far away, and a cell larger than the wall is thick shows something of both sides. */
-static void little_indirect_light_gets_out(void **state) {
+static void little_indirect_light_gets_out(void **state)
+{
     (void)state;
     double thin = leaked(0.1), thick = leaked(0.4);
     if (getenv("KD_KEEP_PICTURES"))
@@ -70,7 +76,8 @@ static void little_indirect_light_gets_out(void **state) {
     assert_double_below(thick, 0.005);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(direct_light_stays_inside),
         cmocka_unit_test(outer_voxels_are_dark),

@@ -9,14 +9,16 @@
     if (!kd_file_exists(ASSETS "/" path))                                                                    \
     skip()
 
-static void render_frames(const char *model, const char *name) {
+static void render_frames(const char *model, const char *name)
+{
     char pattern[64];
     snprintf(pattern, sizeof pattern, "%s%%d.png", name);
     image_render(model, "--frames", "4", "--fps", "4", "--size", "96x54", "--out", image_path(pattern));
 }
 
 /* Each frame differs from the one before in at least some pixels. */
-static void assert_moving(const char *name) {
+static void assert_moving(const char *name)
+{
     for (int i = 0; i < 3; i++) {
         char names[2][64];
         snprintf(names[0], sizeof names[0], "%s%d.png", name, i);
@@ -30,21 +32,24 @@ static void assert_moving(const char *name) {
     }
 }
 
-static void a_skinned_man_walks(void **state) {
+static void a_skinned_man_walks(void **state)
+{
     (void)state;
     NEED("cesium_man/CesiumMan.glb");
     render_frames(ASSETS "/cesium_man/CesiumMan.glb", "man");
     assert_moving("man");
 }
 
-static void wheels_turn(void **state) {
+static void wheels_turn(void **state)
+{
     (void)state;
     NEED("cesium_milk_truck/CesiumMilkTruck.glb");
     render_frames(ASSETS "/cesium_milk_truck/CesiumMilkTruck.glb", "truck");
     assert_moving("truck");
 }
 
-static void a_morphing_cube_changes_shape(void **state) {
+static void a_morphing_cube_changes_shape(void **state)
+{
     (void)state;
     NEED("animated_morph_cube/AnimatedMorphCube.gltf");
     render_frames(ASSETS "/animated_morph_cube/AnimatedMorphCube.gltf", "cube");
@@ -53,7 +58,8 @@ static void a_morphing_cube_changes_shape(void **state) {
 
 /* The file's clip has one key, which says weight 0. In a copy it says 1: half of the cube's corners then lie
  * farther along x, by one and a half edges. */
-static void a_sparse_morph_target_is_added(void **state) {
+static void a_sparse_morph_target_is_added(void **state)
+{
     enum { HEADERS = 28, WEIGHT_OFFSET = 4 }; /* of a .glb with two chunks; of the key in the second one */
     static const float one = 1;
     void *data;
@@ -75,12 +81,13 @@ static void a_sparse_morph_target_is_added(void **state) {
         snprintf(scene, sizeof scene, "%s.lua", names[i]);
         snprintf(png, sizeof png, "%s.png", names[i]);
         image_render(
-            image_scenario(scene,
-                           "kandil.scene { size = {96, 54} }\n"
-                           "kandil.spawn { model = '%s.glb', animation = {}, transform = { scale = {100, 100, 100} } }\n"
-                           "kandil.spawn { light = {}, transform = { look_at = {-1, -2, -3} } }\n"
-                           "kandil.spawn { camera = {}, transform = { position = {0, 0, 6} } }\n",
-                           names[i]),
+            image_scenario(
+                scene,
+                "kandil.scene { size = {96, 54} }\n"
+                "kandil.spawn { model = '%s.glb', animation = {}, transform = { scale = {100, 100, 100} } }\n"
+                "kandil.spawn { light = {}, transform = { look_at = {-1, -2, -3} } }\n"
+                "kandil.spawn { camera = {}, transform = { position = {0, 0, 6} } }\n",
+                names[i]),
             "--frames", "1", "--view", "albedo", "--out", image_path(png));
     }
     image still = image_read("still.png"), moved = image_read("moved.png");
@@ -94,7 +101,8 @@ static void a_sparse_morph_target_is_added(void **state) {
 
 /* ---- a dancer in the Cornell box ---- */
 
-static image render_dancer(const char *view, const char *frames, const char *output) {
+static image render_dancer(const char *view, const char *frames, const char *output)
+{
     const char *scene = image_scenario(
         "dance.lua", "%s",
         "kandil.scene { size = {96, 54}, fps = 4 }\n"
@@ -110,7 +118,8 @@ static image render_dancer(const char *view, const char *frames, const char *out
     return image_read(output);
 }
 
-static void a_dancers_voxels_and_light_move(void **state) {
+static void a_dancers_voxels_and_light_move(void **state)
+{
     static const char *const views[] = {"final", "direct", "indirect", "ao", "octree"};
     (void)state;
     NEED("robot/robot.glb");
@@ -124,7 +133,8 @@ static void a_dancers_voxels_and_light_move(void **state) {
 }
 
 /* The floor beside the dancer: its albedo stays, its light does not. That is the shadow and the bounce. */
-static void a_dancers_shadow_moves_over_the_floor(void **state) {
+static void a_dancers_shadow_moves_over_the_floor(void **state)
+{
     static const char *const views[] = {"direct", "indirect"};
     (void)state;
     NEED("robot/robot.glb");
@@ -152,7 +162,8 @@ static void a_dancers_shadow_moves_over_the_floor(void **state) {
     image_free(&after);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_skinned_man_walks),
         cmocka_unit_test(wheels_turn),

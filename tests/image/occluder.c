@@ -22,16 +22,18 @@ static const char scene[] =
     "    if t > 0.25 then box.transform.position = {%g, 0.25, -0.2} end\n"
     "end\n";
 
-static image render(const char *output, double from, double to, const char *frames, const char *view) {
-    image_render(image_scenario("box.lua", scene, from, to), "--frames", frames, "--set", "light.bounces=1", "--view", view, "--out",
-                 image_path(output));
+static image render(const char *output, double from, double to, const char *frames, const char *view)
+{
+    image_render(image_scenario("box.lua", scene, from, to), "--frames", frames, "--set", "light.bounces=1",
+                 "--view", view, "--out", image_path(output));
     return image_read(output);
 }
 
 /* Light of one bounce knows nothing of earlier frames, so the pictures must be equal. What is left is a half
  * float's last bit here and there: the voxels of things that move and things that stand are summed in another
  * order. Radiance here is below 2, where halfs are 1/1024 apart. */
-static void compare(const char *view) {
+static void compare(const char *view)
+{
     image moved = render("moved.exr", -0.6, 0.6, "4", view), fresh = render("fresh.exr", 0.6, 0.6, "1", view);
     image before = render("before.exr", -0.6, -0.6, "1", view);
     image_error same = image_difference(moved, fresh), other = image_difference(moved, before);
@@ -43,23 +45,27 @@ static void compare(const char *view) {
     image_free(&before);
 }
 
-static void bounce_is_where_the_box_is_now(void **state) {
+static void bounce_is_where_the_box_is_now(void **state)
+{
     (void)state;
     compare("indirect");
 }
 
-static void occlusion_is_where_the_box_is_now(void **state) {
+static void occlusion_is_where_the_box_is_now(void **state)
+{
     (void)state;
     compare("ao");
 }
 
-static void picture_is_of_the_box_now(void **state) {
+static void picture_is_of_the_box_now(void **state)
+{
     (void)state;
     compare("final");
 }
 
 /* The floor's redness left and right of the middle, where the box's two places are. */
-static void bounce_follows_the_box(void **state) {
+static void bounce_follows_the_box(void **state)
+{
     (void)state;
     image left = render("left.exr", -0.6, -0.6, "1", "indirect"),
           right = render("right.exr", -0.6, 0.6, "4", "indirect");
@@ -75,7 +81,8 @@ static void bounce_follows_the_box(void **state) {
     image_free(&right);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bounce_is_where_the_box_is_now),
         cmocka_unit_test(occlusion_is_where_the_box_is_now),

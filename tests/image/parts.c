@@ -1,19 +1,22 @@
-/* Entities as scenarios reach them: a shape is one entity that carries its mesh itself, and a model stands still until its
- * scenario lets it play. */
+/* Entities as scenarios reach them: a shape is one entity that carries its mesh itself, and a model stands
+ * still until its scenario lets it play. */
 #include "tests/image_fixture.h"
 
-/* A box floats above a floor that a sun lights straight from above; the camera looks from the side, low under the box. */
+/* A box floats above a floor that a sun lights straight from above; the camera looks from the side, low under
+ * the box. */
 static const char floating_box[] =
     "kandil.scene { size = {64, 36}, gi = 'none' }\n"
     "kandil.spawn { mesh = { shape = 'box', size = {4, 0.2, 4} }, transform = { position = {0, -0.1, 0} } }\n"
     "local box = kandil.spawn { name = 'box', mesh = { shape = 'box', size = 0.5 }, %s\n"
     "                           transform = { position = {0, 1.2, 0} } }\n"
     "%s\n"
-    "kandil.spawn { light = { type = 'directional', intensity = 3 }, transform = { look_at = {0, -1, 0.001} } }\n"
-    "kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 0.6, 3}, look_at = {0, 0.2, 0} } }\n";
+    "kandil.spawn { light = { type = 'directional', intensity = 3 }, transform = { look_at = {0, -1, 0.001} "
+    "} }\n"
+    "kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 0.6, 3}, look_at = {0, 0.2, 0} "
+    "} }\n";
 
-/* Mean of the floor under the box, where its shadow falls: it lies 10.5 to 12.3 degrees below the horizon, the picture's
- * middle 7.6, and 40 degrees are 36 rows: rows 20.6 to 22.2. */
+/* Mean of the floor under the box, where its shadow falls: it lies 10.5 to 12.3 degrees below the horizon,
+ * the picture's middle 7.6, and 40 degrees are 36 rows: rows 20.6 to 22.2. */
 static double under_the_box(const char *spawn, const char *later)
 {
     image_render(image_scenario("floating.lua", floating_box, spawn, later), "--frames", "1", "--out",
@@ -40,15 +43,16 @@ static void a_shape_takes_flags_of_its_mesh(void **state)
 /* The sample creature's walk moves its feet within a quarter of a second. */
 static image walker_after(const char *animation, const char *output)
 {
-    image_render(image_scenario("walker.lua",
-                                "kandil.scene { size = {64, 36}, gi = 'none', fps = 24 }\n"
-                                "kandil.spawn { model = 'walker.gltf', %s }\n"
-                                "kandil.spawn { light = { intensity = 3 }, transform = { look_at = {0, -1, -1} } }\n"
-                                "kandil.spawn { camera = { fov_y_deg = 30 },\n"
-                                "               transform = { position = {1, 0.6, 2}, look_at = {0, 0.4, 0} } }\n",
-                                animation),
-                 "--frames", output[0] == 'a' ? "1" : "7", "--asset-root", KD_SOURCE_DIR "/samples/assets", "--out",
-                 image_path(output));
+    image_render(
+        image_scenario("walker.lua",
+                       "kandil.scene { size = {64, 36}, gi = 'none', fps = 24 }\n"
+                       "kandil.spawn { model = 'walker.gltf', %s }\n"
+                       "kandil.spawn { light = { intensity = 3 }, transform = { look_at = {0, -1, -1} } }\n"
+                       "kandil.spawn { camera = { fov_y_deg = 30 },\n"
+                       "               transform = { position = {1, 0.6, 2}, look_at = {0, 0.4, 0} } }\n",
+                       animation),
+        "--frames", output[0] == 'a' ? "1" : "7", "--asset-root", KD_SOURCE_DIR "/samples/assets", "--out",
+        image_path(output));
     return image_read(output);
 }
 

@@ -1,5 +1,5 @@
-/* Cones are traced at twice the spacing where light is smooth. That must not be seen: edges, contacts and small things have
- * cones of their own. */
+/* Cones are traced at twice the spacing where light is smooth. That must not be seen: edges, contacts and
+ * small things have cones of their own. */
 #include "tests/image_fixture.h"
 
 /* Boxes and thin posts on a floor in a lit room: smooth walls, contact shadows, silhouettes. */
@@ -14,7 +14,8 @@ static const char room[] =
     "box({0.2, 1.8, 2}, {-1.1, 0.9, 0}, {0.7, 0.06, 0.05})\n"
     "box({0.4, 0.6, 0.4}, {-0.3, 0.3, -0.3}, {0.7, 0.7, 0.7})\n"
     "for i = 0, 5 do box({0.03, 0.5, 0.03}, {0.1 + 0.12 * i, 0.25, 0.2}, {0.2, 0.3, 0.8}) end\n"
-    "kandil.spawn { light = { type = 'directional', intensity = 3 }, transform = { rotation_deg = {-40, 30, 0} } }\n"
+    "kandil.spawn { light = { type = 'directional', intensity = 3 }, transform = { rotation_deg = {-40, 30, "
+    "0} } }\n"
     "kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 0.95, 3.4} } }\n";
 
 static image render(const char *refine, const char *output)

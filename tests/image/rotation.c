@@ -28,7 +28,8 @@ static const char scene[] =
     "               transform = { rotation_deg = {-25, 20, 0} } }\n"
     "kandil.spawn { parent = all, camera = { fov_y_deg = 40 }, transform = { position = {0, 0.95, 3.4} } }\n";
 
-static image render(double turn_deg) {
+static image render(double turn_deg)
+{
     char name[32];
     snprintf(name, sizeof name, "turn%g.png", turn_deg);
     /* where few pixels are traced, which ones hangs on small differences */
@@ -38,7 +39,8 @@ static image render(double turn_deg) {
 }
 
 /* Compare with the scene as it stands; errors are of the picture as shown, from 0 to 1. */
-static void assert_turned_is_the_same(double turn_deg, double mean, double p99) {
+static void assert_turned_is_the_same(double turn_deg, double mean, double p99)
+{
     image still = render(0), turned = render(turn_deg);
     image_error e = image_difference(still, turned);
     if (e.mean > mean || e.p99 > p99)
@@ -50,7 +52,8 @@ static void assert_turned_is_the_same(double turn_deg, double mean, double p99) 
 
 /* One step of 8 bits is 0.0039: on average less than one, and three steps at the hundredth pixel. Surfaces
  * that lie on the border of two voxels fall to the one on the other side. */
-static void quarter_turns_change_next_to_nothing(void **state) {
+static void quarter_turns_change_next_to_nothing(void **state)
+{
     (void)state;
     assert_turned_is_the_same(90, 0.003, 0.024);
     assert_turned_is_the_same(180, 0.003, 0.024);
@@ -59,13 +62,15 @@ static void quarter_turns_change_next_to_nothing(void **state) {
 
 /* Slanted walls cover other voxels, and cover them otherwise; cells that cones read are boxes along the axes.
  */
-static void any_turn_changes_little(void **state) {
+static void any_turn_changes_little(void **state)
+{
     (void)state;
     assert_turned_is_the_same(30, 0.012, 0.07);
     assert_turned_is_the_same(200, 0.012, 0.07);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(quarter_turns_change_next_to_nothing),
         cmocka_unit_test(any_turn_changes_little),

@@ -16,13 +16,15 @@ static const char scene[] =
     "kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {1.4, 1.2, 2.2}, look_at = {0.2, "
     "0.3, 0} } }\n";
 
-static image render(const char *size, const char *view, const char *output) {
+static image render(const char *size, const char *view, const char *output)
+{
     image_render(image_scenario("things.lua", scene), "--frames", "1", "--size", size, "--view", view,
                  "--out", image_path(output));
     return image_read(output);
 }
 
-static void pictures_of_every_shape_come_out(void **state) {
+static void pictures_of_every_shape_come_out(void **state)
+{
     static const struct {
         const char *text;
         uint32_t width, height;
@@ -43,7 +45,8 @@ static void pictures_of_every_shape_come_out(void **state) {
 
 /* The same scene in other sizes is the same picture: the middle of each pixel of the small one is a pixel of
  * one three times as large. Edges and the gather at every other pixel leave differences; means leave none. */
-static void size_changes_only_the_sampling(void **state) {
+static void size_changes_only_the_sampling(void **state)
+{
     (void)state;
     image small = render("96x54", "final", "small.png"), large = render("288x162", "final", "large.png");
     for (int c = 0; c < 3; c++)
@@ -52,7 +55,8 @@ static void size_changes_only_the_sampling(void **state) {
     image_free(&large);
 }
 
-static void every_view_shows_something(void **state) {
+static void every_view_shows_something(void **state)
+{
     static const char *const views[] = {"final",  "direct", "indirect", "ao",    "specular",
                                         "albedo", "normal", "depth",    "octree"};
     image pictures[9];
@@ -72,7 +76,8 @@ static void every_view_shows_something(void **state) {
 
 /* Views whose values can be told: the red box's front is all of its colour, the floor's normal points up,
  * depth grows away from the eye. */
-static void views_show_what_they_say(void **state) {
+static void views_show_what_they_say(void **state)
+{
     (void)state;
     image albedo = render("96x54", "albedo", "albedo.exr"), normal = render("96x54", "normal", "normal.exr");
     image depth = render("96x54", "depth", "depth.exr"), direct = render("96x54", "direct", "direct.exr");
@@ -95,7 +100,8 @@ static void views_show_what_they_say(void **state) {
     image_free(&final);
 }
 
-static void the_octree_has_levels(void **state) {
+static void the_octree_has_levels(void **state)
+{
     (void)state;
     image_render(image_scenario("things.lua", scene), "--frames", "1", "--view", "octree", "--out",
                  image_path("fine.png"));
@@ -108,7 +114,8 @@ static void the_octree_has_levels(void **state) {
     image_free(&coarse);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_of_every_shape_come_out),
         cmocka_unit_test(size_changes_only_the_sampling),

@@ -14,27 +14,31 @@
 static char folder[64];
 static char text[65536];
 
-static int open_folder(void **state) {
+static int open_folder(void **state)
+{
     (void)state;
     strcpy(folder, "/tmp/kandil-bench-XXXXXX");
     return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
 }
 
-static int close_folder(void **state) {
+static int close_folder(void **state)
+{
     char command[128];
     (void)state;
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
     return chdir("/") == 0 ? system(command) : -1;
 }
 
-static int kandil(const char *arguments) {
+static int kandil(const char *arguments)
+{
     char command[1024];
     snprintf(command, sizeof command, "'%s/kandil' %s >out 2>said", KD_BINARY_DIR, arguments);
     int state = system(command);
     return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
 }
 
-static const char *read_file(const char *name) {
+static const char *read_file(const char *name)
+{
     FILE *file = fopen(name, "rb");
     size_t size = file ? fread(text, 1, sizeof text - 1, file) : 0;
     if (file)
@@ -43,7 +47,8 @@ static const char *read_file(const char *name) {
     return text;
 }
 
-static void rows_stand_in_the_table_and_in_the_file(void **state) {
+static void rows_stand_in_the_table_and_in_the_file(void **state)
+{
     (void)state;
     assert_int_equal(kandil("bench jobs --n 20 --threads 2 --case dag1000 --json rows.json"), 0);
     read_file("out");
@@ -65,7 +70,8 @@ static void rows_stand_in_the_table_and_in_the_file(void **state) {
     assert_non_null(strstr(read_file("out"), "ns/entity"));
 }
 
-static void what_cannot_be_written_is_said(void **state) {
+static void what_cannot_be_written_is_said(void **state)
+{
     (void)state;
     assert_int_equal(kandil("bench ecs --n 5 --case tree_create --json missing/rows.json"), 1);
     assert_non_null(strstr(read_file("said"), "missing/rows.json"));
@@ -75,7 +81,8 @@ static void what_cannot_be_written_is_said(void **state) {
     assert_non_null(strstr(read_file("out"), "--json FILE"));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rows_stand_in_the_table_and_in_the_file),
         cmocka_unit_test(what_cannot_be_written_is_said),

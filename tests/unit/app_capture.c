@@ -23,27 +23,31 @@ static char folder[64];
 static char last_message[2048];
 static int message_count;
 
-static void remember(void *user, kd_log_level level, const char *text) {
+static void remember(void *user, kd_log_level level, const char *text)
+{
     (void)user;
     (void)level;
     snprintf(last_message, sizeof last_message, "%s", text);
     message_count++;
 }
 
-static const char *in_folder(const char *name) {
+static const char *in_folder(const char *name)
+{
     static char path[256];
     snprintf(path, sizeof path, "%s/%s", folder, name);
     return path;
 }
 
-static int open_folder(void **state) {
+static int open_folder(void **state)
+{
     (void)state;
     strcpy(folder, "/tmp/kandil-capture-XXXXXX");
     kd_log_set_sink(remember, NULL);
     return mkdtemp(folder) ? 0 : -1;
 }
 
-static int close_folder(void **state) {
+static int close_folder(void **state)
+{
     char command[128];
     (void)state;
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
@@ -51,7 +55,8 @@ static int close_folder(void **state) {
 }
 
 /* Texels that differ everywhere, opacity included, which must not be stored. */
-static uint8_t *make_texels(uint32_t width, uint32_t height) {
+static uint8_t *make_texels(uint32_t width, uint32_t height)
+{
     uint8_t *texels = malloc((size_t)width * height * 4);
     assert_non_null(texels);
     for (size_t i = 0; i < (size_t)width * height * 4; i++)
@@ -59,7 +64,8 @@ static uint8_t *make_texels(uint32_t width, uint32_t height) {
     return texels;
 }
 
-static void decode(const char *path, struct spng_ihdr *header, uint8_t **rgb) {
+static void decode(const char *path, struct spng_ihdr *header, uint8_t **rgb)
+{
     size_t size;
     FILE *file = fopen(path, "rb");
     assert_non_null(file);
@@ -73,7 +79,8 @@ static void decode(const char *path, struct spng_ihdr *header, uint8_t **rgb) {
     fclose(file);
 }
 
-static void png_holds_the_pixels(void **state) {
+static void png_holds_the_pixels(void **state)
+{
     (void)state;
     static const uint32_t sizes[][2] = {{1, 1}, {3, 5}, {64, 48}, {4096, 2}, {1, 300}};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
@@ -91,7 +98,8 @@ static void png_holds_the_pixels(void **state) {
     }
 }
 
-static void a_failed_picture_leaves_nothing(void **state) {
+static void a_failed_picture_leaves_nothing(void **state)
+{
     (void)state;
     uint8_t texel[4] = {1, 2, 3, 4};
     uint16_t half[4] = {0x3C00, 0x3C00, 0x3C00, 0x3C00};
@@ -103,7 +111,8 @@ static void a_failed_picture_leaves_nothing(void **state) {
     assert_int_equal(access(in_folder("missing"), F_OK), -1);
 }
 
-static void exr_is_half_floats_in_three_channels(void **state) {
+static void exr_is_half_floats_in_three_channels(void **state)
+{
     (void)state;
     uint16_t texels[2 * 4] = {0x3C00, 0x4000, 0x4200, 0x7BFF, 0x0000, 0x3800, 0xBC00, 0x0000};
     char head[8];
@@ -116,7 +125,8 @@ static void exr_is_half_floats_in_three_channels(void **state) {
                         8); /* magic number, version 2, single part scan lines */
 }
 
-static int count_film_frames(const char *path) {
+static int count_film_frames(const char *path)
+{
     char command[512];
     int frames = -1;
     snprintf(command, sizeof command,
@@ -131,7 +141,8 @@ static int count_film_frames(const char *path) {
     return frames;
 }
 
-static void films_have_every_frame(void **state) {
+static void films_have_every_frame(void **state)
+{
     (void)state;
     static const uint32_t sizes[][2] = {{64, 48}, {33, 17}, {1, 1}};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
@@ -147,7 +158,8 @@ static void films_have_every_frame(void **state) {
     }
 }
 
-static void a_film_without_frames_leaves_nothing(void **state) {
+static void a_film_without_frames_leaves_nothing(void **state)
+{
     (void)state;
     app_film film;
     message_count = 0;
@@ -158,7 +170,8 @@ static void a_film_without_frames_leaves_nothing(void **state) {
     assert_int_equal(message_count, 0);
 }
 
-static void a_film_whose_encoder_dies_is_one_message(void **state) {
+static void a_film_whose_encoder_dies_is_one_message(void **state)
+{
     (void)state;
     app_film film;
     uint8_t *texels = make_texels(640, 360);
@@ -177,7 +190,8 @@ static void a_film_whose_encoder_dies_is_one_message(void **state) {
     free(texels);
 }
 
-static void outputs_are_checked_before_the_work(void **state) {
+static void outputs_are_checked_before_the_work(void **state)
+{
     (void)state;
     char path[256];
     app_output output = {.path = path, .kind = APP_OUTPUT_PNG};
@@ -201,7 +215,8 @@ static void outputs_are_checked_before_the_work(void **state) {
     free(kept);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(png_holds_the_pixels),
         cmocka_unit_test(a_failed_picture_leaves_nothing),

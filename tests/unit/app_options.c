@@ -16,7 +16,8 @@
 static char last_message[1024];
 static int message_count;
 
-static void remember(void *user, kd_log_level level, const char *text) {
+static void remember(void *user, kd_log_level level, const char *text)
+{
     (void)user;
     (void)level;
     strncpy(last_message, text, sizeof last_message - 1);
@@ -24,7 +25,8 @@ static void remember(void *user, kd_log_level level, const char *text) {
 }
 
 /* Parse a line split at blanks. The words live as long as the next call. */
-static kd_status parse(const char *line, app_options *out) {
+static kd_status parse(const char *line, app_options *out)
+{
     static char words[1024];
     char *argv[MAX_ARGUMENTS] = {(char *)"kandil"};
     int argc = 1;
@@ -36,7 +38,8 @@ static kd_status parse(const char *line, app_options *out) {
     return app_options_parse(argc, argv, out);
 }
 
-static void options_are_read_when_right(void **state) {
+static void options_are_read_when_right(void **state)
+{
     (void)state;
     app_options o;
     assert_int_equal(parse("run a.lua --frames 8 --seconds=2.5 --fps 24 --size 641x16384 --seed 7 --threads "
@@ -66,7 +69,8 @@ static void options_are_read_when_right(void **state) {
     app_options_fini(&o);
 }
 
-static void nothing_said_is_told_apart(void **state) {
+static void nothing_said_is_told_apart(void **state)
+{
     (void)state;
     app_options o;
     assert_int_equal(parse("run a.glb", &o), KD_OK);
@@ -77,7 +81,8 @@ static void nothing_said_is_told_apart(void **state) {
     app_options_fini(&o);
 }
 
-static void bench_takes_its_own_options(void **state) {
+static void bench_takes_its_own_options(void **state)
+{
     (void)state;
     app_options o;
     assert_int_equal(parse("bench", &o), KD_OK);
@@ -91,7 +96,8 @@ static void bench_takes_its_own_options(void **state) {
     app_options_fini(&o);
 }
 
-static void help_is_found_everywhere(void **state) {
+static void help_is_found_everywhere(void **state)
+{
     (void)state;
     app_options o;
     static const char *const lines[] = {"--help",     "-h", "help", "run --help", "run a.glb --frames 3 -h",
@@ -105,7 +111,8 @@ static void help_is_found_everywhere(void **state) {
     assert_int_equal(o.command, APP_VERSION);
 }
 
-static void mistakes_give_one_message_that_helps(void **state) {
+static void mistakes_give_one_message_that_helps(void **state)
+{
     (void)state;
     static const struct {
         const char *line, *says;
@@ -170,7 +177,8 @@ static void mistakes_give_one_message_that_helps(void **state) {
     }
 }
 
-static void entity_fields_are_told_from_settings(void **state) {
+static void entity_fields_are_told_from_settings(void **state)
+{
     (void)state;
     assert_true(app_is_entity_field("lamp.light.intensity=5"));
     assert_true(app_is_entity_field("my.lamp.light.intensity=5"));
@@ -178,7 +186,8 @@ static void entity_fields_are_told_from_settings(void **state) {
     assert_false(app_is_entity_field("voxels.spam=1"));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(options_are_read_when_right),
         cmocka_unit_test(nothing_said_is_told_apart),

@@ -19,20 +19,23 @@
 static char folder[64];
 static char said[8192]; /* standard error of the last run */
 
-static int open_folder(void **state) {
+static int open_folder(void **state)
+{
     (void)state;
     strcpy(folder, "/tmp/kandil-program-XXXXXX");
     return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
 }
 
-static int close_folder(void **state) {
+static int close_folder(void **state)
+{
     char command[128];
     (void)state;
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
     return chdir("/") == 0 ? system(command) : -1;
 }
 
-static void read_said(void) {
+static void read_said(void)
+{
     FILE *file = fopen("said", "rb");
     size_t size = file ? fread(said, 1, sizeof said - 1, file) : 0;
     said[size] = '\0';
@@ -41,7 +44,8 @@ static void read_said(void) {
 }
 
 /* Run `kandil ARGUMENTS` in the folder and return its exit code. */
-static int kandil(const char *arguments) {
+static int kandil(const char *arguments)
+{
     char command[1024];
     snprintf(command, sizeof command, "'%s/kandil' %s >out 2>said", KD_BINARY_DIR, arguments);
     int state = system(command);
@@ -49,20 +53,23 @@ static int kandil(const char *arguments) {
     return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
 }
 
-static void write_file(const char *name, const char *text) {
+static void write_file(const char *name, const char *text)
+{
     FILE *file = fopen(name, "wb");
     assert_non_null(file);
     assert_true(fputs(text, file) >= 0);
     assert_int_equal(fclose(file), 0);
 }
 
-static bool same_files(const char *a, const char *b) {
+static bool same_files(const char *a, const char *b)
+{
     char command[256];
     snprintf(command, sizeof command, "cmp -s '%s' '%s'", a, b);
     return system(command) == 0;
 }
 
-static bool exists(const char *name) {
+static bool exists(const char *name)
+{
     return access(name, F_OK) == 0;
 }
 
@@ -79,7 +86,8 @@ static const char scene[] =
     "} }\n"
     "function kandil.update(t) ball:set('transform.rotation_deg', {0, 90 * t, 0}) end\n";
 
-static void exit_codes_and_messages_are_as_promised(void **state) {
+static void exit_codes_and_messages_are_as_promised(void **state)
+{
     (void)state;
     static const struct {
         const char *arguments;
@@ -120,7 +128,8 @@ static void exit_codes_and_messages_are_as_promised(void **state) {
     }
 }
 
-static void no_frames_write_no_picture(void **state) {
+static void no_frames_write_no_picture(void **state)
+{
     (void)state;
     char text[8192] = "";
     write_file("scene.lua", scene);
@@ -137,13 +146,15 @@ static void no_frames_write_no_picture(void **state) {
     assert_non_null(strstr(text, "\"frames\": 0"));
 }
 
-static bool printed(const char *text) {
+static bool printed(const char *text)
+{
     char command[128];
     snprintf(command, sizeof command, "grep -qF -- '%s' out", text);
     return system(command) == 0;
 }
 
-static void help_lists_what_there_is(void **state) {
+static void help_lists_what_there_is(void **state)
+{
     (void)state;
     assert_int_equal(kandil("help run"), 0);
     assert_true(printed("one of: final direct indirect ao specular albedo normal depth octree"));
@@ -153,7 +164,8 @@ static void help_lists_what_there_is(void **state) {
     assert_false(printed("e+0") || printed("true") || printed("false"));
 }
 
-static void messages_name_the_entity_and_plain_paths(void **state) {
+static void messages_name_the_entity_and_plain_paths(void **state)
+{
     (void)state;
     write_file("clip.lua", "local b = kandil.spawn { mesh = { shape = 'box' } }\nb:play('walk')\n");
     assert_int_equal(kandil("run clip.lua --frames 0"), 1);
@@ -165,7 +177,8 @@ static void messages_name_the_entity_and_plain_paths(void **state) {
     assert_null(strstr(said, "./"));
 }
 
-static void pictures_do_not_depend_on_threads_or_runs(void **state) {
+static void pictures_do_not_depend_on_threads_or_runs(void **state)
+{
     (void)state;
     write_file("scene.lua", scene);
     assert_int_equal(kandil("run scene.lua --threads 1 --out a_%02d.png --out a.exr"), 0);
@@ -183,7 +196,8 @@ static void pictures_do_not_depend_on_threads_or_runs(void **state) {
     assert_false(same_files("a_00.png", "a_04.png")); /* the box turns */
 }
 
-static void entity_fields_and_order_of_precedence(void **state) {
+static void entity_fields_and_order_of_precedence(void **state)
+{
     (void)state;
     write_file("scene.lua", scene);
     assert_int_equal(kandil("run scene.lua --seconds 9 --frames 2 --size 32x16 --out p_%02d.png"), 0);
@@ -193,7 +207,8 @@ static void entity_fields_and_order_of_precedence(void **state) {
     assert_false(same_files("bright.png", "dim.png"));
 }
 
-static int count_film_frames(const char *path) {
+static int count_film_frames(const char *path)
+{
     char command[256];
     int frames = -1;
     snprintf(command, sizeof command,
@@ -208,7 +223,8 @@ static int count_film_frames(const char *path) {
     return frames;
 }
 
-static int count_pictures(const char *prefix) {
+static int count_pictures(const char *prefix)
+{
     char command[128];
     int count = -1;
     snprintf(command, sizeof command, "ls | grep -c '^%s.*png$'", prefix);
@@ -220,7 +236,8 @@ static int count_pictures(const char *prefix) {
     return count;
 }
 
-static void a_film_has_exactly_its_frames(void **state) {
+static void a_film_has_exactly_its_frames(void **state)
+{
     (void)state;
     write_file("scene.lua", scene);
     assert_int_equal(kandil("run scene.lua --frames 13 --size 33x17 --out film.mp4"), 0);
@@ -228,7 +245,8 @@ static void a_film_has_exactly_its_frames(void **state) {
 }
 
 /* Start a long run, interrupt it once its first pictures stand, and look at what is left. */
-static void interrupting_keeps_finished_frames(void **state) {
+static void interrupting_keeps_finished_frames(void **state)
+{
     (void)state;
     int status;
     write_file("scene.lua", scene);
@@ -259,7 +277,8 @@ static void interrupting_keeps_finished_frames(void **state) {
     assert_int_not_equal(system("ls | grep -q part"), 0); /* no unfinished file */
 }
 
-static void a_scenario_that_fails_in_the_middle_keeps_its_frames(void **state) {
+static void a_scenario_that_fails_in_the_middle_keeps_its_frames(void **state)
+{
     (void)state;
     char text[2048];
     snprintf(text, sizeof text, "%s", scene);
@@ -274,7 +293,8 @@ static void a_scenario_that_fails_in_the_middle_keeps_its_frames(void **state) {
     assert_int_equal(count_film_frames("f.mp4"), 3);
 }
 
-static void odd_sizes_are_pictures_too(void **state) {
+static void odd_sizes_are_pictures_too(void **state)
+{
     (void)state;
     static const char *const sizes[] = {"1x1", "3x7", "4096x16", "641x359"};
     write_file("scene.lua", scene);
@@ -288,7 +308,8 @@ static void odd_sizes_are_pictures_too(void **state) {
     }
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(exit_codes_and_messages_are_as_promised),
         cmocka_unit_test(no_frames_write_no_picture),

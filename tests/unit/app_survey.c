@@ -21,7 +21,8 @@ typedef struct box {
     kd_model model;
 } box;
 
-static void make_box(box *b, kd_vec3 low, kd_vec3 high, bool inwards, int open) {
+static void make_box(box *b, kd_vec3 low, kd_vec3 high, bool inwards, int open)
+{
     uint32_t vertices = 0, indices = 0;
     for (int face = 0; face < 6; face++) {
         int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -60,7 +61,8 @@ static void make_box(box *b, kd_vec3 low, kd_vec3 high, bool inwards, int open) 
                           .bounds_max = high};
 }
 
-static app_survey survey(kd_vec3 low, kd_vec3 high, bool inwards, int open) {
+static app_survey survey(kd_vec3 low, kd_vec3 high, bool inwards, int open)
+{
     static box b;
     app_survey out;
     make_box(&b, low, high, inwards, open);
@@ -68,7 +70,8 @@ static app_survey survey(kd_vec3 low, kd_vec3 high, bool inwards, int open) {
     return out;
 }
 
-static void a_large_room_is_a_hall(void **state) {
+static void a_large_room_is_a_hall(void **state)
+{
     (void)state;
     app_survey s = survey((kd_vec3){-20, 0, -6}, (kd_vec3){20, 8, 6}, true, -1);
     assert_true(s.hall);
@@ -82,13 +85,15 @@ static void a_large_room_is_a_hall(void **state) {
     assert_true(s.hall);
 }
 
-static void a_large_solid_is_no_hall(void **state) {
+static void a_large_solid_is_no_hall(void **state)
+{
     (void)state;
     app_survey s = survey((kd_vec3){-20, 0, -6}, (kd_vec3){20, 8, 6}, false, -1);
     assert_false(s.hall || s.open_box);
 }
 
-static void a_small_room_open_on_one_side_is_an_open_box(void **state) {
+static void a_small_room_open_on_one_side_is_an_open_box(void **state)
+{
     (void)state;
     app_survey s = survey((kd_vec3){-1, 0, -1}, (kd_vec3){1, 2, 1}, true, 4);
     assert_true(s.open_box && !s.hall);
@@ -102,7 +107,8 @@ static void a_small_room_open_on_one_side_is_an_open_box(void **state) {
 }
 
 /* A lamp lights the room it stands in; a label that glows does not light what carries it. */
-static void rooms_alone_are_lit_by_what_shines_in_them(void **state) {
+static void rooms_alone_are_lit_by_what_shines_in_them(void **state)
+{
     (void)state;
     static box b;
     static const struct {
@@ -132,7 +138,8 @@ static void rooms_alone_are_lit_by_what_shines_in_them(void **state) {
     }
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_large_room_is_a_hall),
         cmocka_unit_test(a_large_solid_is_no_hall),

@@ -89,8 +89,8 @@ static void options_change_what_is_voxelized(void **state)
     for (int i = 0; i < 3; i++) {
         kd_voxel_file file;
         char why[KD_VOXEL_WHY];
-        assert_int_equal(RUN("voxelize", MODEL, "-o", made, "--cascades", "1", "--resolution", "48", "--quiet",
-                             extra[i][0], extra[i][1])
+        assert_int_equal(RUN("voxelize", MODEL, "-o", made, "--cascades", "1", "--resolution", "48",
+                             "--quiet", extra[i][0], extra[i][1])
                              .code,
                          0);
         assert_int_equal(kd_voxel_file_open(&file, made, why), KD_OK);
@@ -108,8 +108,8 @@ static void file_that_does_not_serve_is_refused_with_one_message(void **state)
 {
     (void)state;
     assert_int_equal(RUN("voxelize", MODEL, "-o", made, "--cascades", "1", "--quiet").code, 0);
-    assert_int_equal(
-        RUN("voxelize", MODEL, "-o", other, "--cascades", "1", "--span", "0.3", "--quiet").code, 0);
+    assert_int_equal(RUN("voxelize", MODEL, "-o", other, "--cascades", "1", "--span", "0.3", "--quiet").code,
+                     0);
     program p = RUN("run", MODEL, "--voxels", other, "--frames", "1", "--size", "32x32");
     assert_int_equal(p.code, 1);
     assert_true(program_said_one_line(&p, "stale"));
@@ -149,8 +149,8 @@ static void interrupted_voxelize_leaves_nothing(void **state)
 {
     (void)state;
     program p;
-    const char *const argv[] = {"kandil", "voxelize", MODEL, "-o", made, "--resolution", "900", "--cascades",
-                                "4",      NULL};
+    const char *const argv[] = {"kandil",       "voxelize", MODEL,        "-o", made,
+                                "--resolution", "900",      "--cascades", "4",  NULL};
     assert_true(program_start(&p, said, argv, 6 * PROGRAM_LIMIT_S));
     for (int i = 0; i < 200 && !program_poll(&p); i++) { /* until it has said that it works, then end it */
         nanosleep(&(struct timespec){.tv_nsec = 5000000}, NULL);

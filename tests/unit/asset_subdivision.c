@@ -1,4 +1,5 @@
-/* Cages in `extras`: the limit surface they become, by values that the rules give on paper, and what is refused. */
+/* Cages in `extras`: the limit surface they become, by values that the rules give on paper, and what is
+ * refused. */
 
 #include <math.h>
 
@@ -17,7 +18,8 @@
     "'faceVertexIndices':[0,3,2,1, 4,5,6,7, 0,1,5,4, 1,2,6,5, 2,3,7,6, 3,0,4,7]"
 #define CUBE(extras) FILE_OF("'POSITION':0", extras, VEC3("0", "8"), VIEW("0", "96"), "96")
 
-static const float cube[24] = {-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1};
+static const float cube[24] = {-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1,
+                               -1, -1, 1,  1, -1, 1,  1, 1, 1,  -1, 1, 1};
 
 static const kd_primitive_desc *first(const kd_model *m)
 {
@@ -65,12 +67,12 @@ static void a_cube_becomes_the_round_surface_that_the_rules_give(void **state)
     assert_int_equal(p->index_count, 6 * 64 * 2 * 3);
     assert_int_equal(p->vertex_count, 6 * 64 + 2);
     assert_closed(p);
-    /* Catmull-Clark's limit at a vertex of valence 3 is (9 v + 4 sum of edge neighbours + sum of the faces' other
-     * corners) / 24: for (1,1,1) that is (9 + 4 - 1) / 24 = 1/2 on each axis. */
+    /* Catmull-Clark's limit at a vertex of valence 3 is (9 v + 4 sum of edge neighbours + sum of the faces'
+     * other corners) / 24: for (1,1,1) that is (9 + 4 - 1) / 24 = 1/2 on each axis. */
     assert_int_equal(vertices_at(p, (kd_vec3){0.5f, 0.5f, 0.5f}, &n), 1);
     assert_vec3(n, sqrtf(1 / 3.0f), sqrtf(1 / 3.0f), sqrtf(1 / 3.0f), 1e-4f);
-    /* One step gives the face point (0,0,1), edge points (3/4, 0, 3/4) and corners 5/9; the face point has valence 4 and
-     * the limit (16 f + 4 sum of edges + sum of corners) / 36: z = (16 + 12 + 20/9) / 36. */
+    /* One step gives the face point (0,0,1), edge points (3/4, 0, 3/4) and corners 5/9; the face point has
+     * valence 4 and the limit (16 f + 4 sum of edges + sum of corners) / 36: z = (16 + 12 + 20/9) / 36. */
     assert_int_equal(vertices_at(p, (kd_vec3){0, 0, (28 + 20.0f / 9) / 36}, &n), 1);
     assert_vec3(n, 0, 0, 1, 1e-4f);
     for (uint32_t v = 0; v < p->vertex_count; v++) /* normals point out, and are unit */
@@ -82,8 +84,9 @@ static void infinitely_sharp_edges_stay_and_part_the_normals(void **state)
 {
     (void)state;
     /* All twelve edges: the cube itself comes back, each face flat. */
-    kd_model *m = load_cube(CUBE(CUBE_FACES ",'creaseIndices':[0,1,2,3,0, 4,5,6,7,4, 0,4, 1,5, 2,6, 3,7],"
-                                            "'creaseLengths':[5,5,2,2,2,2],'creaseSharpnesses':[10,10,10,10,10,10]"));
+    kd_model *m =
+        load_cube(CUBE(CUBE_FACES ",'creaseIndices':[0,1,2,3,0, 4,5,6,7,4, 0,4, 1,5, 2,6, 3,7],"
+                                  "'creaseLengths':[5,5,2,2,2,2],'creaseSharpnesses':[10,10,10,10,10,10]"));
     const kd_primitive_desc *p = first(m);
     kd_vec3 n;
     assert_int_equal(p->vertex_count, 6 * 81); /* nothing is shared between faces */
@@ -103,20 +106,25 @@ static void what_is_wrong_is_named_once(void **state)
 {
     (void)state;
     BAD_CUBE("'faceVertexCounts':[]", KD_BAD_FORMAT, "the cage has no faces");
-    BAD_CUBE("'faceVertexCounts':[4],'faceVertexIndices':[0,1,2]", KD_BAD_FORMAT, "fewer than the faces count");
-    BAD_CUBE("'faceVertexCounts':[3],'faceVertexIndices':[0,1,2,3]", KD_BAD_FORMAT, "more than the faces count, 3");
+    BAD_CUBE("'faceVertexCounts':[4],'faceVertexIndices':[0,1,2]", KD_BAD_FORMAT,
+             "fewer than the faces count");
+    BAD_CUBE("'faceVertexCounts':[3],'faceVertexIndices':[0,1,2,3]", KD_BAD_FORMAT,
+             "more than the faces count, 3");
     BAD_CUBE("'faceVertexCounts':[2],'faceVertexIndices':[0,1]", KD_BAD_FORMAT, "face 0 has 2 vertices");
     BAD_CUBE("'faceVertexCounts':[4],'faceVertexIndices':[0,1,2,8]", KD_BAD_FORMAT, "names vertex 8 of 8");
-    BAD_CUBE("'faceVertexCounts':[4],'faceVertexIndices':[0,1,2,-1]", KD_BAD_FORMAT, "no index or count at place 3");
+    BAD_CUBE("'faceVertexCounts':[4],'faceVertexIndices':[0,1,2,-1]", KD_BAD_FORMAT,
+             "no index or count at place 3");
     BAD_CUBE("'faceVertexCounts':[4],'faceVertexIndices':[0,1,2,1]", KD_BAD_FORMAT, "uses vertex 1 twice");
     BAD_CUBE("'faceVertexCounts':[3,3,3],'faceVertexIndices':[0,1,2, 1,0,3, 0,1,4]", KD_BAD_FORMAT,
              "more than two faces share the edge of vertices 0 and 1");
     BAD_CUBE("'faceVertexCounts':[3,3],'faceVertexIndices':[0,1,2, 0,1,3]", KD_BAD_FORMAT, "turn one over");
     BAD_CUBE("'faceVertexCounts':4", KD_BAD_FORMAT, "'faceVertexCounts' is not a list");
     BAD_CUBE(CUBE_FACES ",'subdivisionScheme':'loop'", KD_BAD_FORMAT, "takes triangles only");
-    BAD_CUBE(CUBE_FACES ",'subdivisionScheme':'bilinear'", KD_BAD_FORMAT, "'bilinear' is no subdivisionScheme");
+    BAD_CUBE(CUBE_FACES ",'subdivisionScheme':'bilinear'", KD_BAD_FORMAT,
+             "'bilinear' is no subdivisionScheme");
     BAD_CUBE(CUBE_FACES ",'interpolateBoundary':'some'", KD_BAD_FORMAT, "'some' is no interpolateBoundary");
-    BAD_CUBE(CUBE_FACES ",'creaseIndices':[0,1],'creaseLengths':[2]", KD_BAD_FORMAT, "0 values are neither one");
+    BAD_CUBE(CUBE_FACES ",'creaseIndices':[0,1],'creaseLengths':[2]", KD_BAD_FORMAT,
+             "0 values are neither one");
     BAD_CUBE(CUBE_FACES ",'creaseIndices':[0,6],'creaseLengths':[2],'creaseSharpnesses':[1]", KD_BAD_FORMAT,
              "from vertex 0 to 6, where the cage has no edge");
     BAD_CUBE(CUBE_FACES ",'creaseIndices':[0,1],'creaseLengths':[3],'creaseSharpnesses':[1]", KD_BAD_FORMAT,
@@ -125,8 +133,10 @@ static void what_is_wrong_is_named_once(void **state)
              "the sharpness -1");
     BAD_CUBE(CUBE_FACES ",'creaseIndices':[0,1],'creaseLengths':[2],'creaseSharpnesses':[NaN]", KD_BAD_FORMAT,
              "not valid JSON");
-    BAD_CUBE(CUBE_FACES ",'cornerIndices':[9],'cornerSharpnesses':[1]", KD_BAD_FORMAT, "a corner names vertex 9");
-    BAD_CUBE(CUBE_FACES ",'cornerIndices':[1],'cornerSharpnesses':[]", KD_BAD_FORMAT, "0 values for 1 corners");
+    BAD_CUBE(CUBE_FACES ",'cornerIndices':[9],'cornerSharpnesses':[1]", KD_BAD_FORMAT,
+             "a corner names vertex 9");
+    BAD_CUBE(CUBE_FACES ",'cornerIndices':[1],'cornerSharpnesses':[]", KD_BAD_FORMAT,
+             "0 values for 1 corners");
     BAD_CUBE(CUBE_FACES ",'st':[0,0],'stIndices':[0]", KD_BAD_FORMAT, "do not give each corner");
     BAD_CUBE(CUBE_FACES ",'level':7", KD_TOO_LARGE, "level 7 is more than 6");
     BAD_CUBE(CUBE_FACES ",'level':0", KD_BAD_FORMAT, "'level' is no positive integer");
@@ -135,9 +145,9 @@ static void what_is_wrong_is_named_once(void **state)
 static void other_extras_are_passed_over(void **state)
 {
     (void)state;
-    kd_model *m = load_good(FILE_OF("'POSITION':0", "'note':{'faceVertexCounts':[1]}", VEC3("0", "6"),
-                                    VIEW("0", "72"), "72"),
-                            cube, 72);
+    kd_model *m = load_good(
+        FILE_OF("'POSITION':0", "'note':{'faceVertexCounts':[1]}", VEC3("0", "6"), VIEW("0", "72"), "72"),
+        cube, 72);
     assert_null(first(m)->subdivision);
     kd_model_destroy(m);
 }

@@ -15,20 +15,23 @@ typedef struct row_log {
     int count;
 } row_log;
 
-static void keep(void *user, const kd_bench_row *row) {
+static void keep(void *user, const kd_bench_row *row)
+{
     row_log *log = user;
     assert_in_range(log->count, 0, 127);
     log->rows[log->count++] = *row;
 }
 
-static int count_rows(const row_log *log, const char *name, uint32_t threads) {
+static int count_rows(const row_log *log, const char *name, uint32_t threads)
+{
     int count = 0;
     for (int i = 0; i < log->count; i++)
         count += strcmp(log->rows[i].name, name) == 0 && log->rows[i].threads == threads;
     return count;
 }
 
-static void check_figures(const row_log *log) {
+static void check_figures(const row_log *log)
+{
     for (int i = 0; i < log->count; i++) {
         const kd_bench_row *row = &log->rows[i];
         if (!(row->min <= row->median && row->median <= row->max && row->limit >= 0) || !row->unit[0])
@@ -37,7 +40,8 @@ static void check_figures(const row_log *log) {
     }
 }
 
-static void ecs_gives_every_row_once(void **state) {
+static void ecs_gives_every_row_once(void **state)
+{
     static const char *const names[] = {
         "iter2",
         "frag8",
@@ -90,7 +94,8 @@ static void ecs_gives_every_row_once(void **state) {
     check_figures(&log);
 }
 
-static void jobs_give_every_row_once_for_each_pool(void **state) {
+static void jobs_give_every_row_once_for_each_pool(void **state)
+{
     static const char *const names[] = {
         "empty_job",        "empty_job_batch",     "work_job",     "work_job_batch",
         "forkjoin_latency", "parfor_empty_grain1", "saxpy10M",     "chain1000",
@@ -107,7 +112,8 @@ static void jobs_give_every_row_once_for_each_pool(void **state) {
     check_figures(&log);
 }
 
-static void limits_and_parts_of_names_choose_cases(void **state) {
+static void limits_and_parts_of_names_choose_cases(void **state)
+{
     static row_log log, one;
     (void)state;
     assert_int_equal(kd_bench_limits(&(kd_bench_desc){.threads = 1, .n = 500, .sink = keep, .user = &log}),
@@ -121,14 +127,16 @@ static void limits_and_parts_of_names_choose_cases(void **state) {
     assert_string_equal(one.rows[1].name, "frag256");
 }
 
-static void a_single_entity_is_a_size_too(void **state) {
+static void a_single_entity_is_a_size_too(void **state)
+{
     static row_log log;
     (void)state;
     assert_int_equal(kd_bench_ecs(&(kd_bench_desc){.threads = 1, .n = 1, .sink = keep, .user = &log}), KD_OK);
     assert_int_equal(log.count, 36);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ecs_gives_every_row_once),
         cmocka_unit_test(jobs_give_every_row_once_for_each_pool),

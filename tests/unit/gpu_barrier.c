@@ -6,12 +6,14 @@
 static GLbitfield recorded;
 static int calls;
 
-static void APIENTRY record(GLbitfield bits) {
+static void APIENTRY record(GLbitfield bits)
+{
     recorded = bits;
     calls++;
 }
 
-static void barrier_maps_each_bit(void **state) {
+static void barrier_maps_each_bit(void **state)
+{
     const GLbitfield bits[] = {
         GL_SHADER_STORAGE_BARRIER_BIT, GL_SHADER_IMAGE_ACCESS_BARRIER_BIT,
         GL_TEXTURE_FETCH_BARRIER_BIT,  GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT,
@@ -34,7 +36,8 @@ static void barrier_maps_each_bit(void **state) {
     assert_int_equal(calls, 11);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {FIXTURE_TEST(barrier_maps_each_bit)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

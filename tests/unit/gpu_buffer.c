@@ -2,12 +2,14 @@
 
 enum { WORDS = 64, BYTES = WORDS * 4 };
 
-static kd_gpu_buffer make(kd_gpu *gpu, kd_buffer_usage usage, const void *data) {
+static kd_gpu_buffer make(kd_gpu *gpu, kd_buffer_usage usage, const void *data)
+{
     return kd_gpu_make_buffer(
         gpu, &(kd_gpu_buffer_desc){.size = BYTES, .data = data, .usage = usage, .name = "words"});
 }
 
-static void buffer_keeps_its_data_fills_and_copies(void **state) {
+static void buffer_keeps_its_data_fills_and_copies(void **state)
+{
     uint32_t words[WORDS], out[WORDS];
     kd_gpu *gpu = *state;
     for (uint32_t i = 0; i < WORDS; i++)
@@ -21,7 +23,8 @@ static void buffer_keeps_its_data_fills_and_copies(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void buffer_is_zeroed_on_demand(void **state) {
+static void buffer_is_zeroed_on_demand(void **state)
+{
     uint8_t out[7] = {1, 1, 1, 1, 1, 1, 1};
     kd_gpu *gpu = *state;
     /* A size that is no multiple of a word. */
@@ -32,7 +35,8 @@ static void buffer_is_zeroed_on_demand(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void buffer_of_any_usage_is_written(void **state) {
+static void buffer_of_any_usage_is_written(void **state)
+{
     kd_gpu *gpu = *state;
     for (int usage = KD_BUFFER_STATIC; usage <= KD_BUFFER_STREAM; usage++) {
         uint32_t value = 99, out[2];
@@ -46,7 +50,8 @@ static void buffer_of_any_usage_is_written(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void ensure_grows_and_keeps(void **state) {
+static void ensure_grows_and_keeps(void **state)
+{
     uint32_t words[WORDS], out[WORDS];
     kd_gpu *gpu = *state;
     for (uint32_t i = 0; i < WORDS; i++)
@@ -66,7 +71,8 @@ static void ensure_grows_and_keeps(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void memory_is_counted_by_name(void **state) {
+static void memory_is_counted_by_name(void **state)
+{
     kd_gpu_memory_row rows[8];
     kd_gpu *gpu = *state;
     size_t before = kd_gpu_bytes(gpu);
@@ -89,7 +95,8 @@ static void memory_is_counted_by_name(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void buffer_that_is_too_large_fails_with_name_and_bytes(void **state) {
+static void buffer_that_is_too_large_fails_with_name_and_bytes(void **state)
+{
     kd_gpu *gpu = *state;
     /* 2^60 bytes: more than any driver can address. */
     kd_gpu_buffer buffer =
@@ -101,7 +108,8 @@ static void buffer_that_is_too_large_fails_with_name_and_bytes(void **state) {
     assert_int_equal(kd_gpu_ensure_buffer(gpu, &buffer, (size_t)1 << 60, 0, "vast"), KD_GPU);
 }
 
-static void failed_buffer_is_harmless(void **state) {
+static void failed_buffer_is_harmless(void **state)
+{
     uint32_t word = 1;
     kd_gpu *gpu = *state;
     kd_gpu_buffer none = {0}, good = make(gpu, KD_BUFFER_STATIC, NULL);
@@ -118,7 +126,8 @@ static void failed_buffer_is_harmless(void **state) {
     assert_true(kd_gpu_failed(gpu));
 }
 
-static void buffer_used_after_its_end_is_noticed(void **state) {
+static void buffer_used_after_its_end_is_noticed(void **state)
+{
     kd_gpu *gpu = *state;
     kd_gpu_buffer old = make(gpu, KD_BUFFER_STATIC, NULL);
     kd_gpu_destroy_buffer(gpu, old);
@@ -132,7 +141,8 @@ static void buffer_used_after_its_end_is_noticed(void **state) {
     assert_int_equal(kd_gpu_buffer_size(gpu, young), BYTES);
 }
 
-static void ranges_outside_of_a_buffer_are_refused(void **state) {
+static void ranges_outside_of_a_buffer_are_refused(void **state)
+{
     uint32_t words[2] = {1, 2};
     kd_gpu *gpu = *state;
     kd_gpu_buffer buffer = make(gpu, KD_BUFFER_STREAM, NULL);
@@ -144,7 +154,8 @@ static void ranges_outside_of_a_buffer_are_refused(void **state) {
     assert_int_equal(words[0], 0);
 }
 
-static void handles_stay_apart_over_many_lives(void **state) {
+static void handles_stay_apart_over_many_lives(void **state)
+{
     kd_gpu *gpu = *state;
     kd_gpu_buffer_desc desc = {.size = 4, .name = "short-lived"};
     kd_gpu_buffer first = kd_gpu_make_buffer(gpu, &desc);
@@ -159,7 +170,8 @@ static void handles_stay_apart_over_many_lives(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void uniforms_hold_many_blocks_of_a_frame_apart(void **state) {
+static void uniforms_hold_many_blocks_of_a_frame_apart(void **state)
+{
     enum { COUNT = 6000 };
     static uint32_t out[COUNT];
     kd_gpu *gpu = *state;
@@ -189,7 +201,8 @@ static void uniforms_hold_many_blocks_of_a_frame_apart(void **state) {
     fixture_assert_clean(gpu);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(buffer_keeps_its_data_fills_and_copies),
         FIXTURE_TEST(buffer_is_zeroed_on_demand),

@@ -10,7 +10,8 @@ typedef struct scene {
     kd_gpu_program triangle; /* procedural: covers everything at the depth and colour of uniform block 0 */
 } scene;
 
-static scene make_scene(kd_gpu *gpu) {
+static scene make_scene(kd_gpu *gpu)
+{
     scene made;
     fixture_write("a.vert", "layout(location = 0) in vec3 position;\nlayout(location = 1) in vec4 color;\n"
                             "layout(location = 2) in vec2 offset;\nlayout(location = 0) out vec4 out_color;\n"
@@ -34,7 +35,8 @@ static scene make_scene(kd_gpu *gpu) {
     return made;
 }
 
-static kd_gpu_buffer make_data(kd_gpu *gpu, const void *data, size_t size) {
+static kd_gpu_buffer make_data(kd_gpu *gpu, const void *data, size_t size)
+{
     return kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = size, .data = data});
 }
 
@@ -46,7 +48,8 @@ static const float quad_offsets[4][2] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}};
 static const uint8_t quad_colors[4][4] = {
     {255, 0, 0, 255}, {0, 255, 0, 255}, {0, 0, 255, 255}, {255, 255, 0, 255}};
 
-static kd_gpu_geometry make_quads(kd_gpu *gpu) {
+static kd_gpu_geometry make_quads(kd_gpu *gpu)
+{
     return (kd_gpu_geometry){
         .attributes = {{make_data(gpu, quad, sizeof quad), 0, KD_ATTR_F32X3, 0, 12, false},
                        {make_data(gpu, quad_colors, sizeof quad_colors), 1, KD_ATTR_UNORM8X4, 0, 4, true},
@@ -55,7 +58,8 @@ static kd_gpu_geometry make_quads(kd_gpu *gpu) {
 }
 
 /* Compare the pixel in the middle of a quarter (0 lower left, 1 lower right, 2 upper left, 3 upper right). */
-static void assert_quarter(kd_gpu *gpu, const scene *s, int quarter, uint32_t r, uint32_t g, uint32_t b) {
+static void assert_quarter(kd_gpu *gpu, const scene *s, int quarter, uint32_t r, uint32_t g, uint32_t b)
+{
     uint8_t pixels[PIXELS][4];
     kd_gpu_read_texture(gpu, s->color, 0, pixels, sizeof pixels);
     const uint8_t *pixel =
@@ -64,17 +68,20 @@ static void assert_quarter(kd_gpu *gpu, const scene *s, int quarter, uint32_t r,
         fail_msg("quarter %d is %d %d %d, not %u %u %u", quarter, pixel[0], pixel[1], pixel[2], r, g, b);
 }
 
-static void begin(kd_gpu *gpu, const scene *s) {
+static void begin(kd_gpu *gpu, const scene *s)
+{
     kd_gpu_begin_raster(gpu, &(kd_gpu_raster){.target = s->target, .clear_color = true});
 }
 
-static void cover(kd_gpu *gpu, const scene *s, float r, float g, float b, float a, float depth) {
+static void cover(kd_gpu *gpu, const scene *s, float r, float g, float b, float a, float depth)
+{
     const float params[8] = {r, g, b, a, depth};
     kd_gpu_bind_uniform(gpu, 0, params, sizeof params);
     kd_gpu_draw_procedural(gpu, s->triangle, 3, 1);
 }
 
-static void triangle_covers_its_half_of_the_target(void **state) {
+static void triangle_covers_its_half_of_the_target(void **state)
+{
     const float corners[3][3] = {{-1, -1, 0}, {1, -1, 0}, {-1, 1, 0}};
     const float red[4] = {1, 0, 0, 1}, no_offset[2] = {0, 0};
     uint8_t pixels[PIXELS][4];
@@ -94,7 +101,8 @@ static void triangle_covers_its_half_of_the_target(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void instances_take_their_own_attributes(void **state) {
+static void instances_take_their_own_attributes(void **state)
+{
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
     kd_gpu_geometry quads = make_quads(gpu);
@@ -107,7 +115,8 @@ static void instances_take_their_own_attributes(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void base_instance_moves_the_attributes(void **state) {
+static void base_instance_moves_the_attributes(void **state)
+{
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
     kd_gpu_geometry quads = make_quads(gpu);
@@ -118,7 +127,8 @@ static void base_instance_moves_the_attributes(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void indirect_draws_read_the_buffer(void **state) {
+static void indirect_draws_read_the_buffer(void **state)
+{
     const kd_draw_indexed draws[3] = {{6, 1, 0, 0, 0}, {6, 1, 0, 0, 2}, {6, 1, 0, 0, 3}};
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
@@ -132,7 +142,8 @@ static void indirect_draws_read_the_buffer(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void geometry_changes_between_draws(void **state) {
+static void geometry_changes_between_draws(void **state)
+{
     const uint8_t white[4][4] = {
         {255, 255, 255, 255}, {255, 255, 255, 255}, {255, 255, 255, 255}, {255, 255, 255, 255}};
     kd_gpu *gpu = *state;
@@ -149,7 +160,8 @@ static void geometry_changes_between_draws(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void culling_keeps_counterclockwise_faces(void **state) {
+static void culling_keeps_counterclockwise_faces(void **state)
+{
     const struct {
         kd_cull cull;
         uint32_t red;
@@ -166,7 +178,8 @@ static void culling_keeps_counterclockwise_faces(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void depth_keeps_the_nearest_and_equal_matches(void **state) {
+static void depth_keeps_the_nearest_and_equal_matches(void **state)
+{
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
     kd_gpu_raster raster = {.target = s.target,
@@ -191,7 +204,8 @@ static void depth_keeps_the_nearest_and_equal_matches(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void depth_clamp_and_bias_apply(void **state) {
+static void depth_clamp_and_bias_apply(void **state)
+{
     float depths[PIXELS];
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
@@ -216,7 +230,8 @@ static void depth_clamp_and_bias_apply(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void blending_mixes_and_adds(void **state) {
+static void blending_mixes_and_adds(void **state)
+{
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
     kd_gpu_raster raster = {
@@ -233,7 +248,8 @@ static void blending_mixes_and_adds(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void rectangle_limits_the_clear_and_the_draw(void **state) {
+static void rectangle_limits_the_clear_and_the_draw(void **state)
+{
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
     begin(gpu, &s);
@@ -252,7 +268,8 @@ static void rectangle_limits_the_clear_and_the_draw(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void target_of_a_layer_draws_to_it_alone(void **state) {
+static void target_of_a_layer_draws_to_it_alone(void **state)
+{
     float depths[6][PIXELS];
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
@@ -275,7 +292,8 @@ static void target_of_a_layer_draws_to_it_alone(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void target_without_textures_runs_fragments(void **state) {
+static void target_without_textures_runs_fragments(void **state)
+{
     uint32_t count = 0;
     kd_gpu *gpu = *state;
     make_scene(gpu);
@@ -295,7 +313,8 @@ static void target_without_textures_runs_fragments(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void integer_targets_are_cleared_as_integers(void **state) {
+static void integer_targets_are_cleared_as_integers(void **state)
+{
     uint32_t out[16];
     kd_gpu *gpu = *state;
     kd_gpu_texture ids =
@@ -307,7 +326,8 @@ static void integer_targets_are_cleared_as_integers(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void srgb_targets_encode_what_is_written(void **state) {
+static void srgb_targets_encode_what_is_written(void **state)
+{
     uint8_t out[4];
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
@@ -322,7 +342,8 @@ static void srgb_targets_encode_what_is_written(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void draws_without_a_pass_do_nothing(void **state) {
+static void draws_without_a_pass_do_nothing(void **state)
+{
     kd_gpu *gpu = *state;
     scene s = make_scene(gpu);
     kd_gpu_begin_raster(gpu, &(kd_gpu_raster){0}); /* the window, of which there is none */
@@ -337,7 +358,8 @@ static void draws_without_a_pass_do_nothing(void **state) {
     assert_true(fixture_logged("no raster pass has begun"));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(triangle_covers_its_half_of_the_target),
         FIXTURE_TEST(instances_take_their_own_attributes),

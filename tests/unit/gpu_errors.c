@@ -3,7 +3,8 @@
 #include "runtime/gpu/internal.h"
 #include "tests/gpu_fixture.h"
 
-static void provoke(bool debug) {
+static void provoke(bool debug)
+{
     kd_gpu *gpu = NULL;
     assert_int_equal(kd_gpu_open(&(kd_gpu_desc){.debug = debug}, &gpu), KD_OK);
     kd_gpu_end_frame(gpu);
@@ -15,19 +16,22 @@ static void provoke(bool debug) {
     kd_gpu_close(gpu);
 }
 
-static void error_is_noticed_with_debug_output(void **state) {
+static void error_is_noticed_with_debug_output(void **state)
+{
     (void)state;
     fixture_text[0] = '\0';
     provoke(true);
 }
 
-static void error_is_noticed_without_debug_output(void **state) {
+static void error_is_noticed_without_debug_output(void **state)
+{
     (void)state;
     fixture_text[0] = '\0';
     provoke(false);
 }
 
-static void repeated_complaints_end(void **state) {
+static void repeated_complaints_end(void **state)
+{
     kd_gpu *gpu = *state;
     size_t length = 0;
     for (int i = 0; i < 100; i++) {
@@ -39,7 +43,8 @@ static void repeated_complaints_end(void **state) {
     assert_true(fixture_logged("further GPU errors are not shown"));
 }
 
-static void offsets_that_are_not_aligned_are_named(void **state) {
+static void offsets_that_are_not_aligned_are_named(void **state)
+{
     kd_gpu *gpu = *state;
     kd_gpu_buffer buffer = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 1024, .name = "rows"});
     kd_gpu_bind_storage_range(gpu, 0, buffer, 1, 64);
@@ -48,7 +53,8 @@ static void offsets_that_are_not_aligned_are_named(void **state) {
     assert_true(fixture_logged("bind_uniform_buffer: offset 1 into rows is no multiple"));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(error_is_noticed_with_debug_output),
         FIXTURE_TEST(error_is_noticed_without_debug_output),

@@ -1,7 +1,8 @@
 #include "runtime/gpu/context.h"
 #include "tests/gpu_fixture.h"
 
-static void probe_reports_every_way(void **state) {
+static void probe_reports_every_way(void **state)
+{
     kd_gpu_probe_row rows[8];
     bool any = false;
     (void)state;
@@ -21,7 +22,8 @@ static void probe_reports_every_way(void **state) {
         exit(FIXTURE_SKIP);
 }
 
-static void probe_writes_no_more_than_there_is_room(void **state) {
+static void probe_writes_no_more_than_there_is_room(void **state)
+{
     kd_gpu_probe_row rows[2];
     (void)state;
     memset(rows, 0x55, sizeof rows);
@@ -30,7 +32,8 @@ static void probe_writes_no_more_than_there_is_room(void **state) {
     assert_int_equal(kd_gpu_probe(NULL, 0), 0);
 }
 
-static void probe_says_what_a_missing_display_means(void **state) {
+static void probe_says_what_a_missing_display_means(void **state)
+{
     kd_gpu_probe_row rows[8];
     (void)state;
     unsetenv("DISPLAY");
@@ -42,7 +45,8 @@ static void probe_says_what_a_missing_display_means(void **state) {
                 strstr(rows[count - 1].note, "is missing"));
 }
 
-static void missing_library_is_named(void **state) {
+static void missing_library_is_named(void **state)
+{
     const char *const names[] = {"libkandil_none.so.1", "libkandil_none.so", NULL};
     gpu_reason reason = {""};
     (void)state;
@@ -50,14 +54,16 @@ static void missing_library_is_named(void **state) {
     assert_non_null(strstr(reason.text, "libkandil_none.so.1 is missing"));
 }
 
-static void names_are_there_for_every_way(void **state) {
+static void names_are_there_for_every_way(void **state)
+{
     (void)state;
     for (int api = 0; api < KD_CONTEXT_API_COUNT; api++)
         assert_string_not_equal(kd_context_api_name((kd_context_api)api), "unknown");
     assert_string_equal(kd_context_api_name(KD_CONTEXT_API_COUNT), "unknown");
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(probe_reports_every_way),
         cmocka_unit_test(probe_writes_no_more_than_there_is_room),

@@ -3,17 +3,20 @@
 static const char *const comp = "layout(local_size_x = 4) in;\n"
                                 "layout(std430, binding = 0) buffer Values { uint values[]; };\n";
 
-static void write_comp(const char *name, const char *head, const char *body) {
+static void write_comp(const char *name, const char *head, const char *body)
+{
     char text[2048];
     snprintf(text, sizeof text, "%s%s%s", head, comp, body);
     fixture_write(name, text);
 }
 
-static kd_gpu_program make_compute(kd_gpu *gpu, const char *path) {
+static kd_gpu_program make_compute(kd_gpu *gpu, const char *path)
+{
     return kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = path});
 }
 
-static void program_uses_includes_and_defines(void **state) {
+static void program_uses_includes_and_defines(void **state)
+{
     const char *const defines[] = {"ADD 7u", NULL};
     uint32_t values[4];
     kd_gpu *gpu = *state;
@@ -31,7 +34,8 @@ static void program_uses_includes_and_defines(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void program_shares_a_header_with_c(void **state) {
+static void program_shares_a_header_with_c(void **state)
+{
     kd_gpu *gpu = *state;
     fixture_write("shared.h",
                   "#ifndef SHARED_H\n#define SHARED_H\n#ifndef KD_GLSL\n#include <stdint.h>\n#endif\n"
@@ -42,7 +46,8 @@ static void program_shares_a_header_with_c(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void program_error_names_file_and_line_of_the_include(void **state) {
+static void program_error_names_file_and_line_of_the_include(void **state)
+{
     kd_gpu *gpu = *state;
     fixture_write("wrong.glsl", "float fine;\n\nfloat bad() { return undeclared_name; }\n");
     write_comp("a.comp", "#include \"shaders/t/wrong.glsl\"\n", "void main() {}\n");
@@ -52,7 +57,8 @@ static void program_error_names_file_and_line_of_the_include(void **state) {
     assert_true(fixture_logged("undeclared_name"));
 }
 
-static void program_error_counts_lines_behind_an_include(void **state) {
+static void program_error_counts_lines_behind_an_include(void **state)
+{
     kd_gpu *gpu = *state;
     fixture_write("fine.glsl", "float a;\nfloat b;\nfloat c;\n");
     write_comp("a.comp", "#include \"shaders/t/fine.glsl\"\n", "void main() { values[0] = oops; }\n");
@@ -60,7 +66,8 @@ static void program_error_counts_lines_behind_an_include(void **state) {
     assert_true(fixture_logged("shaders/t/a.comp:4: ")); /* the include, two lines of head, then main */
 }
 
-static void program_error_names_a_missing_include_where_it_stands(void **state) {
+static void program_error_names_a_missing_include_where_it_stands(void **state)
+{
     kd_gpu *gpu = *state;
     write_comp("a.comp", "\n#include \"shaders/t/gone.glsl\"\n", "void main() {}\n");
     assert_int_equal(make_compute(gpu, "shaders/t/a.comp").id, 0);
@@ -68,7 +75,8 @@ static void program_error_names_a_missing_include_where_it_stands(void **state) 
     assert_true(fixture_logged("shaders/t/gone.glsl"));
 }
 
-static void program_error_names_stages_that_do_not_link(void **state) {
+static void program_error_names_stages_that_do_not_link(void **state)
+{
     kd_gpu *gpu = *state;
     fixture_write(
         "a.vert",
@@ -82,13 +90,15 @@ static void program_error_names_stages_that_do_not_link(void **state) {
     assert_true(fixture_logged("shaders/t/a.frag: the stages do not link"));
 }
 
-static void program_that_is_missing_is_named(void **state) {
+static void program_that_is_missing_is_named(void **state)
+{
     kd_gpu *gpu = *state;
     assert_int_equal(make_compute(gpu, "shaders/t/none.comp").id, 0);
     assert_true(fixture_logged("shaders/t/none.comp"));
 }
 
-static void failed_program_dispatches_nothing(void **state) {
+static void failed_program_dispatches_nothing(void **state)
+{
     uint32_t value = 0;
     kd_gpu *gpu = *state;
     kd_gpu_buffer buffer = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 4, .zeroed = true});
@@ -101,7 +111,8 @@ static void failed_program_dispatches_nothing(void **state) {
     assert_true(kd_gpu_failed(gpu));
 }
 
-static void program_used_after_its_end_is_noticed(void **state) {
+static void program_used_after_its_end_is_noticed(void **state)
+{
     kd_gpu *gpu = *state;
     write_comp("a.comp", "", "void main() {}\n");
     kd_gpu_program program = make_compute(gpu, "shaders/t/a.comp");
@@ -113,7 +124,8 @@ static void program_used_after_its_end_is_noticed(void **state) {
     assert_true(fixture_logged("destroyed before"));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(program_uses_includes_and_defines),
         FIXTURE_TEST(program_shares_a_header_with_c),

@@ -1,10 +1,12 @@
 #include "tests/gpu_fixture.h"
 
-static kd_gpu_buffer make_word(kd_gpu *gpu, uint32_t word) {
+static kd_gpu_buffer make_word(kd_gpu *gpu, uint32_t word)
+{
     return kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 4, .data = &word});
 }
 
-static void readback_arrives_some_frames_later_without_waiting(void **state) {
+static void readback_arrives_some_frames_later_without_waiting(void **state)
+{
     enum { FRAMES = 12 };
     uint64_t next = 0;
     kd_gpu *gpu = *state;
@@ -31,7 +33,8 @@ static void readback_arrives_some_frames_later_without_waiting(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void readback_that_is_full_says_so(void **state) {
+static void readback_that_is_full_says_so(void **state)
+{
     uint64_t tag;
     kd_gpu *gpu = *state;
     kd_gpu_buffer buffer = make_word(gpu, 5);
@@ -53,7 +56,8 @@ static void readback_that_is_full_says_so(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void readback_takes_textures(void **state) {
+static void readback_takes_textures(void **state)
+{
     const uint8_t texels[2][3][4] = {{{1, 2, 3, 4}, {5, 6, 7, 8}, {9, 10, 11, 12}},
                                      {{13, 14, 15, 16}, {17, 18, 19, 20}, {21, 22, 23, 24}}};
     uint64_t tag = 0;
@@ -71,7 +75,8 @@ static void readback_takes_textures(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void readback_refuses_what_does_not_fit(void **state) {
+static void readback_refuses_what_does_not_fit(void **state)
+{
     kd_gpu *gpu = *state;
     kd_gpu_buffer buffer = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 4096});
     kd_gpu_readback ring = kd_gpu_make_readback(gpu, 16, 0, "tiny");
@@ -85,7 +90,8 @@ static void readback_refuses_what_does_not_fit(void **state) {
     assert_true(fixture_logged("destroyed before"));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(readback_arrives_some_frames_later_without_waiting),
         FIXTURE_TEST(readback_that_is_full_says_so),

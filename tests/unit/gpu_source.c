@@ -2,26 +2,30 @@
 #include "runtime/gpu/source.h"
 #include "tests/gpu_fixture.h"
 
-static int setup(void **state) {
+static int setup(void **state)
+{
     (void)state;
     fixture_init();
     return 0;
 }
 
-static int teardown(void **state) {
+static int teardown(void **state)
+{
     (void)state;
     fixture_fini();
     return 0;
 }
 
-static int count(const char *text, const char *word) {
+static int count(const char *text, const char *word)
+{
     int found = 0;
     for (const char *at = text; (at = strstr(at, word)) != NULL; at += strlen(word))
         found++;
     return found;
 }
 
-static void source_starts_with_version_and_defines(void **state) {
+static void source_starts_with_version_and_defines(void **state)
+{
     const char *const defines[] = {"SIZE 8", "FAST", NULL};
     const char *expected =
         "#version 450 core\n#define KD_GLSL 1\n#define SIZE 8\n#define FAST\n#line 1 0\nvoid main() {}\n";
@@ -33,7 +37,8 @@ static void source_starts_with_version_and_defines(void **state) {
     gpu_source_fini(&source);
 }
 
-static void source_includes_a_file_once_and_counts_lines_on(void **state) {
+static void source_includes_a_file_once_and_counts_lines_on(void **state)
+{
     gpu_source source = {0};
     (void)state;
     fixture_write("leaf.glsl", "float leaf;\n");
@@ -51,7 +56,8 @@ static void source_includes_a_file_once_and_counts_lines_on(void **state) {
     gpu_source_fini(&source);
 }
 
-static void source_includes_itself_only_once(void **state) {
+static void source_includes_itself_only_once(void **state)
+{
     gpu_source source = {0};
     (void)state;
     fixture_write("a.comp", "#include \"shaders/t/a.comp\"\nfloat a;\n");
@@ -60,7 +66,8 @@ static void source_includes_itself_only_once(void **state) {
     gpu_source_fini(&source);
 }
 
-static void source_leaves_includes_in_comments_alone(void **state) {
+static void source_leaves_includes_in_comments_alone(void **state)
+{
     gpu_source source = {0};
     (void)state;
     fixture_write("leaf.glsl", "float leaf;\n");
@@ -71,7 +78,8 @@ static void source_leaves_includes_in_comments_alone(void **state) {
     gpu_source_fini(&source);
 }
 
-static void source_turns_a_missing_include_into_an_error_line(void **state) {
+static void source_turns_a_missing_include_into_an_error_line(void **state)
+{
     gpu_source source = {0};
     (void)state;
     fixture_write("a.comp",
@@ -82,7 +90,8 @@ static void source_turns_a_missing_include_into_an_error_line(void **state) {
     gpu_source_fini(&source);
 }
 
-static void source_names_a_missing_file(void **state) {
+static void source_names_a_missing_file(void **state)
+{
     gpu_source source = {0};
     (void)state;
     assert_false(gpu_source_expand(&source, "shaders/t/none.comp", NULL));
@@ -91,7 +100,8 @@ static void source_names_a_missing_file(void **state) {
     gpu_source_fini(&source);
 }
 
-static void source_stops_at_too_many_files(void **state) {
+static void source_stops_at_too_many_files(void **state)
+{
     gpu_source source = {0};
     char name[32], text[64];
     (void)state;
@@ -107,7 +117,8 @@ static void source_stops_at_too_many_files(void **state) {
     gpu_source_fini(&source);
 }
 
-static void source_comes_from_the_program_without_a_folder(void **state) {
+static void source_comes_from_the_program_without_a_folder(void **state)
+{
     (void)state;
     assert_int_equal(unsetenv("KANDIL_SHADER_DIR"), 0);
     for (const kd_embedded_shader *shader = kd_embedded_shaders; shader->path; shader++) {
@@ -123,13 +134,15 @@ static void source_comes_from_the_program_without_a_folder(void **state) {
     gpu_source_fini(&missing);
 }
 
-static void assert_translated(const gpu_source *source, const char *line, const char *expected) {
+static void assert_translated(const gpu_source *source, const char *line, const char *expected)
+{
     char out[256];
     gpu_source_translate(source, line, strlen(line), out, sizeof out);
     assert_string_equal(out, expected);
 }
 
-static void translate_reads_the_messages_of_all_compilers(void **state) {
+static void translate_reads_the_messages_of_all_compilers(void **state)
+{
     char first[] = "shaders/a.comp", second[] = "shaders/b.glsl";
     gpu_source source = {.paths = {first, second}, .path_count = 2};
     (void)state;
@@ -141,7 +154,8 @@ static void translate_reads_the_messages_of_all_compilers(void **state) {
     assert_translated(&source, "", "");
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(source_starts_with_version_and_defines, setup, teardown),
         cmocka_unit_test_setup_teardown(source_includes_a_file_once_and_counts_lines_on, setup, teardown),

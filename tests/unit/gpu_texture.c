@@ -1,6 +1,7 @@
 #include "tests/gpu_fixture.h"
 
-static void every_format_and_kind_can_be_made_written_and_read(void **state) {
+static void every_format_and_kind_can_be_made_written_and_read(void **state)
+{
     kd_gpu *gpu = *state;
     for (int format = 0; format < KD_TEXTURE_FORMAT_COUNT; format++) {
         bool depth = format == KD_DEPTH32F || format == KD_DEPTH24;
@@ -28,7 +29,8 @@ static void every_format_and_kind_can_be_made_written_and_read(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void texture_layers_are_written_one_by_one(void **state) {
+static void texture_layers_are_written_one_by_one(void **state)
+{
     uint32_t layer[4] = {1, 2, 3, 4}, out[12];
     kd_gpu *gpu = *state;
     kd_gpu_texture texture = kd_gpu_make_texture(
@@ -45,7 +47,8 @@ static void texture_layers_are_written_one_by_one(void **state) {
 }
 
 /* Layer 2 of one array becomes layer 0 of another; the rest of both stays. Depth goes as colour does. */
-static void layers_are_copied_between_textures(void **state) {
+static void layers_are_copied_between_textures(void **state)
+{
     kd_gpu *gpu = *state;
     const kd_texture_format formats[] = {KD_R32UI, KD_DEPTH32F};
     for (int f = 0; f < 2; f++) {
@@ -73,7 +76,8 @@ static void layers_are_copied_between_textures(void **state) {
     }
 }
 
-static void copy_that_does_not_fit_is_refused(void **state) {
+static void copy_that_does_not_fit_is_refused(void **state)
+{
     kd_gpu *gpu = *state;
     kd_gpu_texture small = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_R32UI, .width = 2});
     kd_gpu_texture large = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_R32UI, .width = 3});
@@ -81,7 +85,8 @@ static void copy_that_does_not_fit_is_refused(void **state) {
     assert_true(kd_gpu_failed(gpu));
 }
 
-static void mips_average_level_zero(void **state) {
+static void mips_average_level_zero(void **state)
+{
     const uint8_t texels[4][4] = {{0, 0, 0, 0}, {40, 0, 0, 0}, {80, 0, 0, 0}, {120, 0, 0, 0}};
     uint8_t out[4];
     kd_gpu *gpu = *state;
@@ -98,7 +103,8 @@ static void mips_average_level_zero(void **state) {
 
 /* Sample `texture` in a compute shader: the body sets `result`. */
 static void sample(kd_gpu *gpu, const char *sampler, const char *body, kd_gpu_texture texture,
-                   float result[4]) {
+                   float result[4])
+{
     char text[1024];
     snprintf(text, sizeof text,
              "layout(local_size_x = 1) in;\nlayout(std430, binding = 0) buffer Out { vec4 result; };\n"
@@ -115,7 +121,8 @@ static void sample(kd_gpu *gpu, const char *sampler, const char *body, kd_gpu_te
     kd_gpu_destroy_program(gpu, program);
 }
 
-static void shadow_filter_compares_less_or_equal(void **state) {
+static void shadow_filter_compares_less_or_equal(void **state)
+{
     const float depths[4] = {0.5f, 0.5f, 0.5f, 0.5f};
     float result[4];
     kd_gpu *gpu = *state;
@@ -137,7 +144,8 @@ static void shadow_filter_compares_less_or_equal(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void lod_picks_a_level_under_every_filter(void **state) {
+static void lod_picks_a_level_under_every_filter(void **state)
+{
     const kd_filter filters[] = {KD_LINEAR, KD_NEAREST, KD_LINEAR_MIP};
     kd_gpu *gpu = *state;
     for (int i = 0; i < 3; i++) {
@@ -161,7 +169,8 @@ static void lod_picks_a_level_under_every_filter(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void texel_buffer_reads_its_buffer(void **state) {
+static void texel_buffer_reads_its_buffer(void **state)
+{
     const uint32_t words[4] = {10, 20, 30, 40};
     float result[4];
     kd_gpu *gpu = *state;
@@ -177,7 +186,8 @@ static void texel_buffer_reads_its_buffer(void **state) {
     assert_true(kd_gpu_failed(gpu));
 }
 
-static void image_is_written_and_reinterpreted(void **state) {
+static void image_is_written_and_reinterpreted(void **state)
+{
     uint8_t out[8 * 8 * 4];
     kd_gpu *gpu = *state;
     fixture_write("i.comp",
@@ -197,7 +207,8 @@ static void image_is_written_and_reinterpreted(void **state) {
     assert_true(kd_gpu_failed(gpu));
 }
 
-static void texture_that_cannot_be_is_named(void **state) {
+static void texture_that_cannot_be_is_named(void **state)
+{
     kd_gpu *gpu = *state;
     kd_gpu_texture_desc desc = {.format = KD_RGBA8, .width = 1u << 24, .height = 4, .name = "wide"};
     assert_int_equal(kd_gpu_make_texture(gpu, &desc).id, 0);
@@ -212,7 +223,8 @@ static void texture_that_cannot_be_is_named(void **state) {
     assert_true(fixture_logged("texture cuboid"));
 }
 
-static void failed_texture_is_harmless(void **state) {
+static void failed_texture_is_harmless(void **state)
+{
     uint32_t word = 1;
     kd_gpu *gpu = *state;
     kd_gpu_texture none = {0};
@@ -228,7 +240,8 @@ static void failed_texture_is_harmless(void **state) {
     assert_true(kd_gpu_failed(gpu));
 }
 
-static void texture_used_after_its_end_is_noticed(void **state) {
+static void texture_used_after_its_end_is_noticed(void **state)
+{
     kd_gpu *gpu = *state;
     kd_gpu_texture_desc desc = {.format = KD_R8, .width = 1, .height = 1};
     kd_gpu_texture old = kd_gpu_make_texture(gpu, &desc);
@@ -241,7 +254,8 @@ static void texture_used_after_its_end_is_noticed(void **state) {
     assert_true(fixture_logged("bind_texture: the texture was destroyed before"));
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(every_format_and_kind_can_be_made_written_and_read),
         FIXTURE_TEST(texture_layers_are_written_one_by_one),

@@ -1,11 +1,13 @@
 #include "runtime/core/clock.h"
 #include "tests/gpu_fixture.h"
 
-static void work(kd_gpu *gpu, kd_gpu_buffer buffer) {
+static void work(kd_gpu *gpu, kd_gpu_buffer buffer)
+{
     kd_gpu_fill_buffer(gpu, buffer, 0, kd_gpu_buffer_size(gpu, buffer), 1);
 }
 
-static void timestamps_come_in_order_on_the_clock_of_the_cpu(void **state) {
+static void timestamps_come_in_order_on_the_clock_of_the_cpu(void **state)
+{
     uint64_t ns[4] = {0}, start = kd_clock_ns(), got = UINT64_MAX, end = 0;
     kd_gpu *gpu = *state;
     kd_gpu_buffer buffer = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 16 << 20});
@@ -31,7 +33,8 @@ static void timestamps_come_in_order_on_the_clock_of_the_cpu(void **state) {
     fixture_assert_clean(gpu);
 }
 
-static void frames_without_timestamps_are_passed_over(void **state) {
+static void frames_without_timestamps_are_passed_over(void **state)
+{
     uint64_t ns[1];
     kd_gpu *gpu = *state;
     assert_int_equal(kd_gpu_read_timestamps(gpu, ns, 1), UINT64_MAX);
@@ -41,7 +44,8 @@ static void frames_without_timestamps_are_passed_over(void **state) {
     fixture_assert_clean(gpu);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(timestamps_come_in_order_on_the_clock_of_the_cpu),
         FIXTURE_TEST(frames_without_timestamps_are_passed_over),

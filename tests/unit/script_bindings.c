@@ -9,24 +9,28 @@
 
 #include "tests/script_fixture.h"
 
-static const fixture_transform *transform_of(kd_world *w, const char *name) {
+static const fixture_transform *transform_of(kd_world *w, const char *name)
+{
     const fixture_transform *t = kd_find_id(w, kd_find_named(w, name), kd_component_find(w, "transform"));
     assert_non_null(t);
     return t;
 }
 
-static kd_vec3 turned(kd_quat q, kd_vec3 v) {
+static kd_vec3 turned(kd_quat q, kd_vec3 v)
+{
     kd_mat4 m = kd_mat4_from_trs((kd_vec3){0, 0, 0}, q, (kd_vec3){1, 1, 1});
     return kd_mat4_direction(&m, v);
 }
 
-static void assert_near(kd_vec3 a, kd_vec3 b, float tolerance) {
+static void assert_near(kd_vec3 a, kd_vec3 b, float tolerance)
+{
     if (!(kd_vec3_length(kd_vec3_sub(a, b)) <= tolerance))
         fail_msg("%g %g %g is not %g %g %g", (double)a.x, (double)a.y, (double)a.z, (double)b.x, (double)b.y,
                  (double)b.z);
 }
 
-static void spawn_sets_components_through_reflection(void **state) {
+static void spawn_sets_components_through_reflection(void **state)
+{
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
@@ -55,7 +59,8 @@ static void spawn_sets_components_through_reflection(void **state) {
 
 /* -Z must point at the target, X stay level, and straight up or down be finite. Tolerance: a few roundings of
  * unit floats. */
-static void look_at_points_at_the_target(void **state) {
+static void look_at_points_at_the_target(void **state)
+{
     (void)state;
     static const kd_vec3 directions[] = {{0, 0, -1},        {0, 0, 1},         {1, 0, 0},
                                          {-1, 0, 0},        {0, 1, 0},         {0, -1, 0},
@@ -80,21 +85,23 @@ static void look_at_points_at_the_target(void **state) {
     }
 }
 
-static void rotation_deg_turns_about_x_then_y_then_z(void **state) {
+static void rotation_deg_turns_about_x_then_y_then_z(void **state)
+{
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
     assert_int_equal(
-        fixture_load(w,
-                     "local e = kandil.spawn{name = 'y', transform = {rotation_deg = {0, 90, 0}}}\n"
-                     "kandil.spawn{name = 'xy', transform = {rotation_deg = {90, 90, 0}}}\n"
-                     "local d = e:get('transform.rotation_deg') "
-                     "assert(math.abs(d[2] - 90) < 1e-4 and math.abs(d[1]) < 1e-4 and math.abs(d[3]) < 1e-4)\n"
-                     "e.transform.rotation_deg = {10, 20, 30} d = e.transform.rotation_deg\n"
-                     "assert(math.abs(d[1] - 10) < 1e-4 and math.abs(d[2] - 20) < 1e-4 and math.abs(d[3] - "
-                     "30) < 1e-4)\n"
-                     "e:set('transform.rotation_deg', {0, 90 + 3600000, 0})\n",
-                     &script),
+        fixture_load(
+            w,
+            "local e = kandil.spawn{name = 'y', transform = {rotation_deg = {0, 90, 0}}}\n"
+            "kandil.spawn{name = 'xy', transform = {rotation_deg = {90, 90, 0}}}\n"
+            "local d = e:get('transform.rotation_deg') "
+            "assert(math.abs(d[2] - 90) < 1e-4 and math.abs(d[1]) < 1e-4 and math.abs(d[3]) < 1e-4)\n"
+            "e.transform.rotation_deg = {10, 20, 30} d = e.transform.rotation_deg\n"
+            "assert(math.abs(d[1] - 10) < 1e-4 and math.abs(d[2] - 20) < 1e-4 and math.abs(d[3] - "
+            "30) < 1e-4)\n"
+            "e:set('transform.rotation_deg', {0, 90 + 3600000, 0})\n",
+            &script),
         KD_OK);
     /* A quarter turn about +Y takes +Z to +X. */
     assert_near(turned(transform_of(w, "y")->rotation, (kd_vec3){0, 0, 1}), (kd_vec3){1, 0, 0}, 1e-5f);
@@ -105,7 +112,8 @@ static void rotation_deg_turns_about_x_then_y_then_z(void **state) {
 }
 
 /* Each turn rounds to floats of a quaternion and of degrees: about 1e-5 degrees, and it must not add up. */
-static void rotation_deg_stays_when_it_is_written_back(void **state) {
+static void rotation_deg_stays_when_it_is_written_back(void **state)
+{
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
@@ -132,7 +140,8 @@ static void rotation_deg_stays_when_it_is_written_back(void **state) {
     kd_world_destroy(w);
 }
 
-static void handles_read_write_and_go_stale(void **state) {
+static void handles_read_write_and_go_stale(void **state)
+{
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
@@ -163,7 +172,8 @@ static void handles_read_write_and_go_stale(void **state) {
     kd_world_destroy(w);
 }
 
-static void animations_and_materials_reach_the_host(void **state) {
+static void animations_and_materials_reach_the_host(void **state)
+{
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
@@ -186,13 +196,14 @@ static void animations_and_materials_reach_the_host(void **state) {
                      KD_OK);
     assert_string_equal(fixture_played, "jump 0 1 0.5");
     kd_script_destroy(script);
-    assert_int_equal(fixture_load(w,
-                                  "local e = kandil.spawn{} e:play('wave', {layer = 2, weight = 0.5, from = 'arm'})\n"
-                                  "assert(not pcall(e.play, e, 'wave', {weight = 0.5}))\n"
-                                  "assert(not pcall(e.play, e, 'wave', {layer = 4}))\n"
-                                  "assert(not pcall(e.play, e, 'wave', {layer = 1.5})) assert(not pcall(e.stop, e, 0))",
-                                  &script),
-                     KD_OK);
+    assert_int_equal(
+        fixture_load(w,
+                     "local e = kandil.spawn{} e:play('wave', {layer = 2, weight = 0.5, from = 'arm'})\n"
+                     "assert(not pcall(e.play, e, 'wave', {weight = 0.5}))\n"
+                     "assert(not pcall(e.play, e, 'wave', {layer = 4}))\n"
+                     "assert(not pcall(e.play, e, 'wave', {layer = 1.5})) assert(not pcall(e.stop, e, 0))",
+                     &script),
+        KD_OK);
     assert_string_equal(fixture_played, "wave 1 1 0 layer 2 0.5 arm");
     kd_script_destroy(script);
     assert_int_equal(fixture_load(w, "kandil.spawn{}:stop(1, 0.25)", &script), KD_OK);
@@ -201,7 +212,8 @@ static void animations_and_materials_reach_the_host(void **state) {
     kd_world_destroy(w);
 }
 
-static void mistakes_name_the_key(void **state) {
+static void mistakes_name_the_key(void **state)
+{
     (void)state;
     static const struct {
         const char *text, *says;
@@ -251,7 +263,8 @@ static void mistakes_name_the_key(void **state) {
     }
 }
 
-static void host_errors_carry_the_line_and_can_be_caught(void **state) {
+static void host_errors_carry_the_line_and_can_be_caught(void **state)
+{
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
@@ -267,7 +280,8 @@ static void host_errors_carry_the_line_and_can_be_caught(void **state) {
     kd_world_destroy(w);
 }
 
-static void events_fire_once_in_order_of_time(void **state) {
+static void events_fire_once_in_order_of_time(void **state)
+{
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
@@ -297,7 +311,8 @@ static void events_fire_once_in_order_of_time(void **state) {
     kd_world_destroy(w);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(spawn_sets_components_through_reflection),
         cmocka_unit_test(look_at_points_at_the_target),

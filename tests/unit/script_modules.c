@@ -8,7 +8,8 @@
 
 #include "tests/script_fixture.h"
 
-static void expect(const char *text, kd_status status, const char *says) {
+static void expect(const char *text, kd_status status, const char *says)
+{
     kd_world *w = fixture_world();
     kd_script *script;
     kd_status got = fixture_load(w, text, &script);
@@ -19,17 +20,20 @@ static void expect(const char *text, kd_status status, const char *says) {
     kd_world_destroy(w);
 }
 
-static void write_text(const char *name, const char *text) {
+static void write_text(const char *name, const char *text)
+{
     fixture_write(name, text, strlen(text));
 }
 
-static void make_folder(const char *name) {
+static void make_folder(const char *name)
+{
     char path[128];
     snprintf(path, sizeof path, "%s/%s", fixture_folder, name);
     assert_true(mkdir(path, 0700) == 0 || access(path, X_OK) == 0);
 }
 
-static void modules_are_run_once(void **state) {
+static void modules_are_run_once(void **state)
+{
     (void)state;
     make_folder("parts");
     write_text("parts/walls.lua",
@@ -41,7 +45,8 @@ static void modules_are_run_once(void **state) {
            KD_OK, NULL);
 }
 
-static void mistakes_in_modules_name_their_file(void **state) {
+static void mistakes_in_modules_name_their_file(void **state)
+{
     (void)state;
     make_folder("parts");
     write_text("parts/bad.lua", "local x = 1\nlocal y = = 2");
@@ -60,7 +65,8 @@ static void mistakes_in_modules_name_their_file(void **state) {
            "/parts/fails.lua:3:");
 }
 
-static void modules_lie_below_the_scenario(void **state) {
+static void modules_lie_below_the_scenario(void **state)
+{
     (void)state;
     char path[128];
     snprintf(path, sizeof path, "%s/link.lua", fixture_folder);
@@ -73,7 +79,8 @@ static void modules_lie_below_the_scenario(void **state) {
     expect("require '..'", KD_SCRIPT, "scene.lua");
 }
 
-static void parameters_come_from_the_command_line(void **state) {
+static void parameters_come_from_the_command_line(void **state)
+{
     (void)state;
     static const char *const given[] = {"count=7", "wide=on", "label=red=hot", "count=8", "share=0.5"};
     fixture_params = given;
@@ -96,7 +103,8 @@ static void parameters_come_from_the_command_line(void **state) {
     expect("assert(kandil.param('count', 3) == 3)", KD_OK, NULL);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(modules_are_run_once),
         cmocka_unit_test(mistakes_in_modules_name_their_file),

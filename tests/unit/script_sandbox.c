@@ -9,7 +9,8 @@
 
 #include "tests/script_fixture.h"
 
-static kd_status run(const char *text) {
+static kd_status run(const char *text)
+{
     kd_world *w = fixture_world();
     kd_script *script;
     kd_status status = fixture_load(w, text, &script);
@@ -18,7 +19,8 @@ static kd_status run(const char *text) {
     return status;
 }
 
-static void expect_failure(const char *text, const char *says) {
+static void expect_failure(const char *text, const char *says)
+{
     struct timespec from, to;
     clock_gettime(CLOCK_MONOTONIC, &from);
     kd_status status = run(text);
@@ -30,7 +32,8 @@ static void expect_failure(const char *text, const char *says) {
         fail_msg("%s\ntook more than a minute", text);
 }
 
-static void the_system_is_out_of_reach(void **state) {
+static void the_system_is_out_of_reach(void **state)
+{
     (void)state;
     assert_int_equal(
         run("for _, n in ipairs{'os','io','package','debug','dofile','loadfile','collectgarbage'} "
@@ -63,7 +66,8 @@ static void the_system_is_out_of_reach(void **state) {
         KD_OK);
 }
 
-static void endless_work_is_stopped(void **state) {
+static void endless_work_is_stopped(void **state)
+{
     (void)state;
     static const char *const scripts[] = {
         "while true do end",
@@ -97,7 +101,8 @@ static void endless_work_is_stopped(void **state) {
     expect_failure("local a = 1\nwhile true do a = a + 1 end", "scene.lua:2: ran for too long");
 }
 
-static void loops_inside_one_library_call_are_refused(void **state) {
+static void loops_inside_one_library_call_are_refused(void **state)
+{
     (void)state;
     expect_failure("table.move({}, 1, 1 << 53, 2)", "out of range");
     expect_failure("table.insert(setmetatable({}, {__len = function() return 1 << 53 end}), 1, 1)",
@@ -108,7 +113,8 @@ static void loops_inside_one_library_call_are_refused(void **state) {
     assert_int_equal(run("assert(string.rep('', 1 << 62) == '')"), KD_OK);
 }
 
-static void memory_is_bounded(void **state) {
+static void memory_is_bounded(void **state)
+{
     (void)state;
     expect_failure("local t = {} while true do t[#t + 1] = ('x'):rep(100000) .. #t end", "MiB of memory");
     expect_failure("local s = 'x' while true do s = s .. s end", "MiB of memory");
@@ -116,7 +122,8 @@ static void memory_is_bounded(void **state) {
     expect_failure("local function f(...) return f(1, ...) end f()", "scene.lua");
 }
 
-static void errors_name_the_line(void **state) {
+static void errors_name_the_line(void **state)
+{
     (void)state;
     expect_failure("local x = 1\nlocal y = = 2\n", "/scene.lua:2: unexpected symbol near '='; ");
     expect_failure("\n\nlocal x = nothing.here", "/scene.lua:3: attempt to index a nil value");
@@ -130,7 +137,8 @@ static void errors_name_the_line(void **state) {
     expect_failure("x = ", "/scene.lua:1:");
 }
 
-static void files_stay_below_the_scenario(void **state) {
+static void files_stay_below_the_scenario(void **state)
+{
     (void)state;
     char path[128];
     fixture_write("room.glb", "x", 1);
@@ -148,7 +156,8 @@ static void files_stay_below_the_scenario(void **state) {
 }
 
 /* A link beside the scenario may lead into an asset root, and nowhere else. */
-static void links_may_lead_into_a_root(void **state) {
+static void links_may_lead_into_a_root(void **state)
+{
     (void)state;
     static const struct {
         const char *text;
@@ -189,7 +198,8 @@ static void links_may_lead_into_a_root(void **state) {
     }
 }
 
-static void text_holds_no_addresses(void **state) {
+static void text_holds_no_addresses(void **state)
+{
     (void)state;
     assert_int_equal(run("local t, f = {}, function() end\n"
                          "print(t, f, t, print, coroutine.create(f), kandil.spawn{}.transform, 7, nil)\n"
@@ -210,7 +220,8 @@ static void text_holds_no_addresses(void **state) {
     expect_failure("print(string.format('%-20p', {}))", "%p is not available");
 }
 
-static void chance_and_order_are_the_same_every_time(void **state) {
+static void chance_and_order_are_the_same_every_time(void **state)
+{
     (void)state;
     char first[2048];
     const char *text =
@@ -228,7 +239,8 @@ static void chance_and_order_are_the_same_every_time(void **state) {
 
 /* The matcher is our own: the manual's examples and corner cases, each derived from the reference manual,
  * section 6.4. */
-static void patterns_match_as_the_manual_says(void **state) {
+static void patterns_match_as_the_manual_says(void **state)
+{
     (void)state;
     assert_int_equal(
         run("local function eq(a, b) if a ~= b then error(tostring(a) .. ' is not ' .. tostring(b), 2) end "
@@ -267,7 +279,8 @@ static void patterns_match_as_the_manual_says(void **state) {
         KD_OK);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_system_is_out_of_reach),
         cmocka_unit_test(endless_work_is_stopped),

@@ -12,7 +12,8 @@
 #include "tests/script_fixture.h"
 
 /* Load the text, take steps, and expect the scenario to have said nothing wrong. */
-static void run_steps(const char *text, int steps, double fps) {
+static void run_steps(const char *text, int steps, double fps)
+{
     kd_world *w = fixture_world();
     kd_script *script;
     kd_status status = fixture_load(w, text, &script);
@@ -24,13 +25,15 @@ static void run_steps(const char *text, int steps, double fps) {
     kd_world_destroy(w);
 }
 
-static void run_and_expect(const char *text, int steps, const char *said) {
+static void run_and_expect(const char *text, int steps, const char *said)
+{
     run_steps(text, steps, 30);
     if (!strstr(fixture_said, said))
         fail_msg("%s\nsaid '%s', not '%s'", text, fixture_said, said);
 }
 
-static void expect_failure(const char *text, int steps, const char *says) {
+static void expect_failure(const char *text, int steps, const char *says)
+{
     kd_world *w = fixture_world();
     kd_script *script = NULL;
     kd_status status = fixture_load(w, text, &script);
@@ -43,7 +46,8 @@ static void expect_failure(const char *text, int steps, const char *says) {
 }
 
 /* At 30 steps a second a period of 0.1 s falls due in steps 3, 6, 9 …; the sum of periods does not drift. */
-static void every_fires_once_a_period(void **state) {
+static void every_fires_once_a_period(void **state)
+{
     (void)state;
     run_and_expect("n = 0 kandil.every(0.1, function(t) n = n + 1 print(n, math.floor(t * 30 + 0.5)) end)",
                    31, " 10 30");
@@ -53,7 +57,8 @@ static void every_fires_once_a_period(void **state) {
                    31, " 49 true"); /* the last falls due when it is cancelled, which was asked for first */
 }
 
-static void coroutines_wait_and_go_on(void **state) {
+static void coroutines_wait_and_go_on(void **state)
+{
     (void)state;
     run_and_expect("log = ''\n"
                    "kandil.run(function(a, b)\n"
@@ -79,7 +84,8 @@ static void coroutines_wait_and_go_on(void **state) {
         20, " false x");
 }
 
-static void a_cancelled_task_wakes_who_waits(void **state) {
+static void a_cancelled_task_wakes_who_waits(void **state)
+{
     (void)state;
     run_and_expect(
         "local a = kandil.run(function() kandil.wait(100) end)\n"
@@ -93,7 +99,8 @@ static void a_cancelled_task_wakes_who_waits(void **state) {
                    10, " right");
 }
 
-static void mistakes_in_coroutines_name_their_line(void **state) {
+static void mistakes_in_coroutines_name_their_line(void **state)
+{
     (void)state;
     expect_failure("kandil.run(function()\nkandil.wait(0.1)\nlocal x = nothing.here end)", 9,
                    "scene.lua:3: attempt");
@@ -111,7 +118,8 @@ static void mistakes_in_coroutines_name_their_line(void **state) {
     expect_failure("kandil.every(0, print)", 0, "too short");
 }
 
-static void endless_coroutines_are_stopped(void **state) {
+static void endless_coroutines_are_stopped(void **state)
+{
     (void)state;
     static const char *const scripts[] = {
         "kandil.run(function() while true do end end)",
@@ -136,7 +144,8 @@ static void endless_coroutines_are_stopped(void **state) {
 
 /* Linear: at 0.1 s of 0.4 s a quarter of the way, the end exactly; the value at the start is where it stood.
  */
-static void tweens_move_fields(void **state) {
+static void tweens_move_fields(void **state)
+{
     (void)state;
     run_steps(
         "e = kandil.spawn{light = {}, transform = {position = {1, 2, 3}}}\n"
@@ -165,7 +174,8 @@ static void tweens_move_fields(void **state) {
         20, 30);
 }
 
-static void tweens_chain_without_loss(void **state) {
+static void tweens_chain_without_loss(void **state)
+{
     (void)state;
     /* Two of 0.05 s one after the other end at 0.1 s = step 3; the third has then just begun. */
     run_and_expect(
@@ -195,7 +205,8 @@ static void tweens_chain_without_loss(void **state) {
 }
 
 /* A curve that swings out stays within the field's range. */
-static void tweens_heed_ranges(void **state) {
+static void tweens_heed_ranges(void **state)
+{
     (void)state;
     run_steps("e = kandil.spawn{light = {intensity = 1}}\n"
               "kandil.tween(e, 'light.intensity', 0, 1, 'elastic_out')\n"
@@ -203,7 +214,8 @@ static void tweens_heed_ranges(void **state) {
               31, 30);
 }
 
-static void easings_start_at_0_and_end_at_1(void **state) {
+static void easings_start_at_0_and_end_at_1(void **state)
+{
     (void)state;
     static const char *const directions[] = {"in", "out", "inout"};
     char name[64];
@@ -232,7 +244,8 @@ static void easings_start_at_0_and_end_at_1(void **state) {
 }
 
 /* Along a straight line a path goes at constant speed; through its points in any case. */
-static void paths_are_walked_at_constant_speed(void **state) {
+static void paths_are_walked_at_constant_speed(void **state)
+{
     (void)state;
     run_steps(
         "local function near(a, b, e) if math.abs(a - b) > (e or 1e-4) then error(a .. ' is not ' .. b, 2) "
@@ -257,7 +270,8 @@ static void paths_are_walked_at_constant_speed(void **state) {
     expect_failure("kandil.path{{1, 2, 3}, {1, 2}}", 0, "must have 3 numbers");
 }
 
-static void cameras_follow_paths(void **state) {
+static void cameras_follow_paths(void **state)
+{
     (void)state;
     run_steps(
         "local function near(a, b) if math.abs(a - b) > 1e-3 then error(a .. ' is not ' .. b, 2) end end\n"
@@ -279,7 +293,8 @@ static void cameras_follow_paths(void **state) {
 
 /* The test plays the animation system: 0.3 s a step in a clip of 1 s that loops. The event at 0.5 s is passed
  * between 0.3 and 0.6, then between 0.2 + … : times 0 .3 .6 .9 .2 .5 .8 .1 .4 .7 pass it at .6, .5 and .7. */
-static void clip_events_fire_once_a_pass(void **state) {
+static void clip_events_fire_once_a_pass(void **state)
+{
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
@@ -306,7 +321,8 @@ static void clip_events_fire_once_a_pass(void **state) {
     expect_failure("kandil.spawn{animation = {}}:on_clip('walk', 2, print)", 0, "is 1.0 s long");
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_fires_once_a_period),
         cmocka_unit_test(coroutines_wait_and_go_on),

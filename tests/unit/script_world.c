@@ -8,7 +8,8 @@
 
 #include "tests/script_fixture.h"
 
-static void expect(const char *text, kd_status status, const char *says) {
+static void expect(const char *text, kd_status status, const char *says)
+{
     kd_world *w = fixture_world();
     kd_script *script;
     kd_status got = fixture_load(w, text, &script);
@@ -18,7 +19,8 @@ static void expect(const char *text, kd_status status, const char *says) {
     kd_world_destroy(w);
 }
 
-static void queries_walk_what_matches(void **state) {
+static void queries_walk_what_matches(void **state)
+{
     (void)state;
     expect(
         "for i = 1, 9 do kandil.spawn{name = 'e' .. i, light = i % 3 == 0 and {intensity = i} or nil} end\n"
@@ -38,7 +40,8 @@ static void queries_walk_what_matches(void **state) {
     expect("kandil.query()", KD_SCRIPT, "from 1 to 16");
 }
 
-static void handles_are_keys_of_tables(void **state) {
+static void handles_are_keys_of_tables(void **state)
+{
     (void)state;
     expect("local e = kandil.spawn{name = 'e'} local t = {[e] = 5}\n"
            "assert(t[kandil.find('e')] == 5) for q in kandil.query('transform') do assert(t[q] == 5) end\n"
@@ -46,7 +49,8 @@ static void handles_are_keys_of_tables(void **state) {
            KD_OK, NULL);
 }
 
-static void entities_hang_below_others(void **state) {
+static void entities_hang_below_others(void **state)
+{
     (void)state;
     expect("local a, b = kandil.spawn{name = 'a'}, kandil.spawn{name = 'b'} assert(a.parent == nil)\n"
            "b.parent = a assert(b.parent == a and a:children()[1] == b and #a:children() == 1)\n"
@@ -57,7 +61,8 @@ static void entities_hang_below_others(void **state) {
     expect("kandil.spawn{}.parent = 5", KD_SCRIPT, "entity or nil");
 }
 
-static void a_copy_is_its_own(void **state) {
+static void a_copy_is_its_own(void **state)
+{
     (void)state;
     expect(
         "local a = kandil.spawn{name = 'a', light = {intensity = 7}} kandil.spawn{name = 'c', parent = a}\n"
@@ -71,7 +76,8 @@ static void a_copy_is_its_own(void **state) {
     expect("kandil.spawn{}:clone{modle = 1}", KD_SCRIPT, "clone: unknown key 'modle'; did you mean 'model'?");
 }
 
-static void whole_components_come_and_go(void **state) {
+static void whole_components_come_and_go(void **state)
+{
     (void)state;
     expect("local e = kandil.spawn{} assert(not e:has('light')) e.light = {intensity = 5} "
            "assert(e.light.intensity == 5)\n"
@@ -93,7 +99,8 @@ static void whole_components_come_and_go(void **state) {
     expect("local e = kandil.spawn{} print(e.transform.look_at)", KD_SCRIPT, "can be set only");
 }
 
-static void singletons_are_read(void **state) {
+static void singletons_are_read(void **state)
+{
     (void)state;
     kd_world *w = fixture_world();
     kd_script *script;
@@ -108,7 +115,8 @@ static void singletons_are_read(void **state) {
 
 /* A table's order must not depend on hashes: 40 objects of each kind, put in in another order than they were
  * made. */
-static void order_of_keys_is_that_of_making(void **state) {
+static void order_of_keys_is_that_of_making(void **state)
+{
     (void)state;
     const char *text =
         "local made, index = {}, {}\n"
@@ -140,7 +148,8 @@ static void order_of_keys_is_that_of_making(void **state) {
     expect("setmetatable({}, {__mode = 'k'})", KD_SCRIPT, "weak tables");
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(queries_walk_what_matches),       cmocka_unit_test(handles_are_keys_of_tables),
         cmocka_unit_test(entities_hang_below_others),      cmocka_unit_test(a_copy_is_its_own),

@@ -116,8 +116,8 @@ static void deformed_instances_get_vertices_of_their_own(void **state)
     assert_true(kd_alive(s->world, store->deformed[1].entity));
 }
 
-/* The copy of an instance has its joints, its vertices and its numbers in the store's lists; the original keeps
- * its own. */
+/* The copy of an instance has its joints, its vertices and its numbers in the store's lists; the original
+ * keeps its own. */
 static void a_copy_moves_on_its_own(void **state)
 {
     stage *s = *state;
@@ -369,12 +369,17 @@ static void camera_looks_along_its_minus_z(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        STAGED(ranges_of_models_follow_each_other), STAGED(deformed_instances_get_vertices_of_their_own),
+        STAGED(ranges_of_models_follow_each_other),
+        STAGED(deformed_instances_get_vertices_of_their_own),
         STAGED(a_copy_moves_on_its_own),
-        STAGED(packed_weights_sum_to_one),          STAGED(overridden_material_reaches_every_mesh_below),
-        STAGED(draws_are_sorted_and_batched),       STAGED(hidden_and_new_meshes_are_left_out),
-        STAGED(rigid_bounds_hold_the_turned_box),   STAGED(skinned_bounds_are_conservative),
-        STAGED(morph_bounds_are_conservative),      STAGED(one_joint_moves_its_mesh_exactly),
+        STAGED(packed_weights_sum_to_one),
+        STAGED(overridden_material_reaches_every_mesh_below),
+        STAGED(draws_are_sorted_and_batched),
+        STAGED(hidden_and_new_meshes_are_left_out),
+        STAGED(rigid_bounds_hold_the_turned_box),
+        STAGED(skinned_bounds_are_conservative),
+        STAGED(morph_bounds_are_conservative),
+        STAGED(one_joint_moves_its_mesh_exactly),
         STAGED(camera_looks_along_its_minus_z),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

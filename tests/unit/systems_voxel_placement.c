@@ -4,19 +4,22 @@
 #include "systems/voxel_pages/placement.h"
 #include "tests/systems_fixture.h"
 
-static kd_voxel_scene scene_of(uint32_t resolution, uint32_t cascades, float span) {
+static kd_voxel_scene scene_of(uint32_t resolution, uint32_t cascades, float span)
+{
     kd_voxel_scene scene = {.cascade_count = cascades, .resolution = resolution, .span_m = span};
     for (uint32_t c = 0; c < cascades; c++)
         scene.span[c] = span * (float)(1u << c);
     return scene;
 }
 
-static float edge_of(const kd_voxel_scene *scene, uint32_t c) {
+static float edge_of(const kd_voxel_scene *scene, uint32_t c)
+{
     return scene->span[c] * (float)scene->resolution;
 }
 
 /* Whole cells of the outermost dense level, a common centre, each in the central half of the next. */
-static void cascades_nest_on_one_lattice(void **state) {
+static void cascades_nest_on_one_lattice(void **state)
+{
     (void)state;
     uint64_t random = 1;
     for (int i = 0; i < 2000; i++) {
@@ -37,7 +40,8 @@ static void cascades_nest_on_one_lattice(void **state) {
     }
 }
 
-static void small_scene_is_held_whole_wherever_the_camera_is(void **state) {
+static void small_scene_is_held_whole_wherever_the_camera_is(void **state)
+{
     (void)state;
     uint64_t random = 2;
     for (int i = 0; i < 500; i++) {
@@ -52,7 +56,8 @@ static void small_scene_is_held_whole_wherever_the_camera_is(void **state) {
     }
 }
 
-static void staying_is_not_moving(void **state) {
+static void staying_is_not_moving(void **state)
+{
     (void)state;
     kd_voxel_scene scene = scene_of(128, 3, 0.02f);
     kd_vec3 far = {100, 100, 100}, near = {-100, -100, -100};
@@ -65,7 +70,8 @@ static void staying_is_not_moving(void **state) {
 }
 
 /* A box is in a cascade when some of its cells are owned by it, a margin of two cells aside. */
-static void boxes_are_in_the_cascades_that_own_their_cells(void **state) {
+static void boxes_are_in_the_cascades_that_own_their_cells(void **state)
+{
     (void)state;
     uint64_t random = 4;
     kd_voxel_scene scene = scene_of(128, 3, 0.02f);
@@ -96,7 +102,8 @@ static void boxes_are_in_the_cascades_that_own_their_cells(void **state) {
     }
 }
 
-static void morton_codes_come_back(void **state) {
+static void morton_codes_come_back(void **state)
+{
     (void)state;
     uint64_t random = 6;
     assert_int_equal(svo_morton(1, 0, 0), 1);
@@ -110,7 +117,8 @@ static void morton_codes_come_back(void **state) {
     }
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cascades_nest_on_one_lattice),
         cmocka_unit_test(small_scene_is_held_whole_wherever_the_camera_is),
