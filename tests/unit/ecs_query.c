@@ -298,6 +298,31 @@ static void structure_changed_while_iterating_is_caught(void **state)
                 (WIFEXITED(status) && WEXITSTATUS(status) == 0));
 }
 
+/* With assertions the child aborts; without, there is no column. */
+static void a_term_that_is_not_there_has_no_column_to_write(void **state)
+{
+    kd_world *w = *state;
+    kd_query *q = kd_query_make(w, &(kd_query_desc){.terms = {KD_WRITE(position)}});
+    kd_spawn(w, KD_TAG(position));
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (!child) {
+        if (!freopen("/dev/null", "w", stderr))
+            _exit(9);
+        kd_iter it = kd_query_iter(q);
+        if (!kd_iter_next(&it))
+            _exit(8);
+        for (uint32_t term = 1; term < KD_MAX_TERMS; term++)
+            if (KD_COLUMN_MUT(&it, position, term))
+                _exit(1);
+        _exit(0);
+    }
+    int status;
+    waitpid(child, &status, 0);
+    assert_true((WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT) ||
+                (WIFEXITED(status) && WEXITSTATUS(status) == 0));
+}
+
 static void iterator_left_by_break_leaves_nothing_behind(void **state)
 {
     kd_world *w = *state;
@@ -325,6 +350,7 @@ int main(void)
         CASE(changes_include_rows_that_came_or_moved),
         CASE(depth_order_visits_parents_first),
         CASE(structure_changed_while_iterating_is_caught),
+        CASE(a_term_that_is_not_there_has_no_column_to_write),
         CASE(iterator_left_by_break_leaves_nothing_behind),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
