@@ -1,5 +1,6 @@
-/* Archetypes: the sets of components that are in use. An archetype is found through cached edges: one array by
- * component id says where adding (or, if here, removing) it leads; a hash of the ids finds it the first time. */
+/* Archetypes: the sets of components that are in use. An archetype is found through cached edges: one array
+ * by component id says where adding (or, if here, removing) it leads; a hash of the ids finds it the first
+ * time. */
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>

@@ -88,9 +88,8 @@ static bool bytes_reserve(kd_commands *c, size_t n)
 {
     if (n <= c->byte_capacity - c->byte_count)
         return true;
-    bool done = c->byte_count + n <= UINT32_MAX &&
-                ecs_reserve(c->world, &c->bytes, &c->byte_capacity, c->byte_count,
-                            c->byte_count + (uint32_t)n, 8);
+    bool done = c->byte_count + n <= UINT32_MAX && ecs_reserve(c->world, &c->bytes, &c->byte_capacity,
+                                                               c->byte_count, c->byte_count + (uint32_t)n, 8);
     if (!done)
         c->failed = KD_NO_MEMORY;
     return done;
@@ -109,8 +108,9 @@ static void *record(kd_commands *c, size_t n)
 {
     if (!bytes_reserve(c, n))
         return NULL;
-    if (c->head_count == c->head_capacity && !ecs_reserve(c->world, &c->heads, &c->head_capacity, c->head_count,
-                                                          c->head_count + 1, sizeof *c->heads)) {
+    if (c->head_count == c->head_capacity &&
+        !ecs_reserve(c->world, &c->heads, &c->head_capacity, c->head_count, c->head_count + 1,
+                     sizeof *c->heads)) {
         c->failed = KD_NO_MEMORY;
         return NULL;
     }

@@ -1,7 +1,8 @@
 #ifndef KD_ECS_COMMANDS_FORMAT_H
 #define KD_ECS_COMMANDS_FORMAT_H
 
-/* What commands.c records and commands_merge.c applies. A command lies at a multiple of 8 in its buffer's bytes:
+/* What commands.c records and commands_merge.c applies. A command lies at a multiple of 8 in its buffer's
+ * bytes:
  *
  *   command_set, then `count` × (kd_entity, value)     of a component given to many, one behind the other
  *   command, then what its kind tells                  all others */
@@ -9,7 +10,7 @@
 #include "runtime/ecs/internal.h"
 
 enum {
-    COMMAND_SPAWN,    /* count × (command_value, value) */
+    COMMAND_SPAWN, /* count × (command_value, value) */
     COMMAND_DESTROY,
     COMMAND_SET,      /* command_set */
     COMMAND_REMOVE,   /* count is the component */
@@ -47,8 +48,8 @@ static inline size_t command_stride(const command_set *s)
     return sizeof(kd_entity) + (size_t)command_units(s->value.size) * 8;
 }
 
-/** Of the states of several commands the one to report: memory first, else the first that was refused. A command on
- * who is dead does nothing, which is no failure. */
+/** Of the states of several commands the one to report: memory first, else the first that was refused. A
+ * command on who is dead does nothing, which is no failure. */
 static inline kd_status ecs_worse(kd_status status, kd_status next)
 {
     return next == KD_NO_MEMORY || (!status && next != KD_NOT_FOUND) ? next : status;

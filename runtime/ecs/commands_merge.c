@@ -21,8 +21,8 @@ static const void *read_value(kd_world *w, uint8_t **at, kd_component_id *id)
     return head.size ? bytes : NULL;
 }
 
-/* Release a value where it was recorded, at a multiple of 8: a hook is given one at a multiple of what its type asks
- * for. */
+/* Release a value where it was recorded, at a multiple of 8: a hook is given one at a multiple of what its
+ * type asks for. */
 static void release_recorded(kd_world *w, kd_component_id id, uint8_t *value)
 {
     const kd_component_desc *desc = w->components[id].desc;
@@ -35,7 +35,8 @@ static void release_recorded(kd_world *w, kd_component_id id, uint8_t *value)
     }
     uint8_t *copy = desc->size <= sizeof small ? small : ecs_grow(w, NULL, 0, desc->size);
     if (!copy) {
-        kd_log(KD_LOG_ERROR, "component %s: no memory to release a recorded value; what it owns is lost", desc->name);
+        kd_log(KD_LOG_ERROR, "component %s: no memory to release a recorded value; what it owns is lost",
+               desc->name);
         return;
     }
     memcpy(copy, value, desc->size);
@@ -179,29 +180,20 @@ static kd_status apply(kd_world *w, kd_commands *c, const command *at)
     kd_entity other;
     uint64_t word;
     switch (at->kind) {
-    case COMMAND_SPAWN:
-        return apply_spawn(w, c, at);
-    case COMMAND_DESTROY:
-        kd_destroy(w, at->e);
-        return KD_OK;
-    case COMMAND_SET:
-        return apply_set(w, (const command_set *)(const void *)at);
-    case COMMAND_REMOVE:
-        return kd_remove_id(w, at->e, at->count);
+    case COMMAND_SPAWN: return apply_spawn(w, c, at);
+    case COMMAND_DESTROY: kd_destroy(w, at->e); return KD_OK;
+    case COMMAND_SET: return apply_set(w, (const command_set *)(const void *)at);
+    case COMMAND_REMOVE: return kd_remove_id(w, at->e, at->count);
     case COMMAND_ENABLE:
         memcpy(&word, bytes, sizeof word);
         return kd_enable_id(w, at->e, at->count, word != 0);
-    case COMMAND_PARENT:
-        memcpy(&other, bytes, sizeof other);
-        return kd_set_parent(w, at->e, other);
-    case COMMAND_RELATE:
-        return apply_relate(w, at);
+    case COMMAND_PARENT: memcpy(&other, bytes, sizeof other); return kd_set_parent(w, at->e, other);
+    case COMMAND_RELATE: return apply_relate(w, at);
     case COMMAND_UNRELATE:
         memcpy(&other, bytes, sizeof other);
         kd_unrelate_id(w, at->e, at->count, other);
         return KD_OK;
-    default:
-        return kd_set_name(w, at->e, bytes);
+    default: return kd_set_name(w, at->e, bytes);
     }
 }
 
@@ -276,7 +268,8 @@ static void tell_refused_parent(const kd_world *w, const command *at)
     memcpy(&parent, at + 1, sizeof parent);
     parent = kd_entity_resolve(w, parent);
     kd_log(KD_LOG_ERROR,
-           "commands: entity %u cannot hang below entity %u, which is below it or at the greatest depth; compare "
+           "commands: entity %u cannot hang below entity %u, which is below it or at the greatest depth; "
+           "compare "
            "parents before recording the command (told once a merge)",
            (unsigned)kd_entity_resolve(w, at->e).index, (unsigned)parent.index);
 }

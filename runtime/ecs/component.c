@@ -87,8 +87,10 @@ static bool is_possible(const kd_component_desc *desc)
 static void refuse(const kd_component_desc *desc)
 {
     if (is_mixed(desc))
-        kd_fail(KD_UNSUPPORTED, "component %s: a relation lies beside the tables as it is and has no enable "
-                                "bits; declare it without these flags", desc->name);
+        kd_fail(KD_UNSUPPORTED,
+                "component %s: a relation lies beside the tables as it is and has no enable "
+                "bits; declare it without these flags",
+                desc->name);
     else
         kd_fail(KD_UNSUPPORTED, "component %s: wants its values at multiples of %u bytes; 64 is the most",
                 desc->name, desc->align);

@@ -14,7 +14,8 @@ typedef struct instancing {
     kd_entity *nodes; /* [node_count] */
     uint32_t *slots;  /* open addressing by entity index: k + 1 */
     kd_entity *made;  /* [node_count][n] */
-    kd_entity few_nodes[2], few_made[8]; /* room for the most usual prototypes: nothing is allocated for them */
+    kd_entity few_nodes[2],
+        few_made[8]; /* room for the most usual prototypes: nothing is allocated for them */
     uint32_t few_slots[4];
 } instancing;
 

@@ -105,23 +105,12 @@ static inline uint64_t *ecs_versions(const ecs_table *t, uint32_t column)
 static inline void ecs_copy(void *to, const void *from, uint32_t size)
 {
     switch (size) {
-    case 4:
-        memcpy(to, from, 4);
-        break;
-    case 8:
-        memcpy(to, from, 8);
-        break;
-    case 12:
-        memcpy(to, from, 12);
-        break;
-    case 16:
-        memcpy(to, from, 16);
-        break;
-    case 64:
-        memcpy(to, from, 64);
-        break;
-    default:
-        memcpy(to, from, size);
+    case 4: memcpy(to, from, 4); break;
+    case 8: memcpy(to, from, 8); break;
+    case 12: memcpy(to, from, 12); break;
+    case 16: memcpy(to, from, 16); break;
+    case 64: memcpy(to, from, 64); break;
+    default: memcpy(to, from, size);
     }
 }
 static inline void ecs_zero(void *to, uint32_t size)
@@ -141,7 +130,8 @@ static inline uint32_t ecs_column_of(const ecs_table *t, kd_component_id id)
 /* ---- beside the tables ---- */
 /* What a component keeps by entity: the values of a sparse one, and which are disabled. */
 typedef struct ecs_side {
-    uint32_t **pages; /* by index / ECS_PAGE, NULL where none: place + 1 of the entity's value, 0: it has none */
+    uint32_t *
+        *pages; /* by index / ECS_PAGE, NULL where none: place + 1 of the entity's value, 0: it has none */
     uint32_t page_limit;
     uint32_t count, entity_capacity, value_capacity;
     kd_entity *entities; /* by place: in order of adding, the last fills a gap */
@@ -212,7 +202,8 @@ typedef struct ecs_name_link {
 typedef struct ecs_match {
     ecs_table *table;
     uint64_t marks; /* a version, and a bit for each term whose column bears it in every row */
-    uint16_t columns[KD_MAX_TERMS]; /* by term; where a table has none to show, one of the two behind the last */
+    uint16_t
+        columns[KD_MAX_TERMS]; /* by term; where a table has none to show, one of the two behind the last */
 } ecs_match;
 
 struct kd_query {
@@ -227,7 +218,8 @@ struct kd_query {
     uint32_t relation_terms;         /* bits */
     bool by_depth;
     bool has_any;
-    uint32_t row_terms;    /* bits of the terms that are asked row by row: sparse, of relations, with enable bits */
+    uint32_t
+        row_terms; /* bits of the terms that are asked row by row: sparse, of relations, with enable bits */
     uint32_t sparse_terms; /* of these, the sparse ones that are accessed */
     ecs_match *matches;
     uint32_t match_count, match_capacity;
@@ -305,7 +297,7 @@ struct kd_world {
     ecs_relation *relations; /* by ecs_component.relation - 1, as far as they were used */
     uint32_t relation_limit, relation_capacity;
     uint32_t pair_count, cascade_count; /* pairs of all relations, and of those that cascade */
-    kd_entity *doomed;                  /* sources that die after their target; room for every cascading pair */
+    kd_entity *doomed; /* sources that die after their target; room for every cascading pair */
     uint32_t doomed_count, doomed_capacity;
 
     kd_query *queries; /* the storage ends here */
@@ -325,14 +317,14 @@ struct kd_world {
 
     _Atomic size_t bytes;
     size_t limit_bytes;
-    atomic_bool refused; /* memory ran out, that was said, and none was given back since */
+    atomic_bool refused;       /* memory ran out, that was said, and none was given back since */
     ecs_path paths[ECS_PATHS]; /* by a hash of the descriptions */
-    ecs_observer *observers; /* in order of registration */
+    ecs_observer *observers;   /* in order of registration */
     uint32_t observer_count, observer_capacity;
-    bool any_observed;                         /* false: nobody ever asked, and nothing is looked at */
-    uint8_t observed[ECS_MAX_COMPONENTS + 1];  /* kd_event bits by component id */
-    ecs_event_queue events[2];                 /* event_turn says which one receives */
-    uint32_t event_turn, event_hold;           /* held while a merge or an observer runs */
+    bool any_observed;                        /* false: nobody ever asked, and nothing is looked at */
+    uint8_t observed[ECS_MAX_COMPONENTS + 1]; /* kd_event bits by component id */
+    ecs_event_queue events[2];                /* event_turn says which one receives */
+    uint32_t event_turn, event_hold;          /* held while a merge or an observer runs */
     uint32_t merge_number;
     bool merging;
     uint64_t tag_value[8]; /* what a found tag points to */
@@ -370,7 +362,8 @@ static inline void ecs_write_value(const kd_world *w, kd_component_id id, void *
         ecs_zero(to, c->size);
 }
 void ecs_release_value(const kd_world *w, kd_component_id id, void *value); /* runs on_remove */
-/** Why kd_component_ensure gave no id for this description: BAD_FORMAT, TOO_LARGE, UNSUPPORTED or NO_MEMORY. */
+/** Why kd_component_ensure gave no id for this description: BAD_FORMAT, TOO_LARGE, UNSUPPORTED or NO_MEMORY.
+ */
 kd_status ecs_component_refusal(const kd_world *w, const kd_component_desc *desc);
 
 /* archetype.c */
@@ -408,8 +401,8 @@ void ecs_table_remove(kd_world *w, ecs_table *t, uint32_t row);
  * ECS_TAG_COLUMN: none; a parent column that only `to` has is not counted). Returns the new row. */
 uint32_t ecs_table_move_row(kd_world *w, ecs_table *t, uint32_t row, ecs_table *to, kd_entity e,
                             uint32_t dropped, uint32_t added);
-/** Move n rows, beginning at `row`, to the end of `to`, which must have room; the last rows fill the gap: all lies
- * as if they were moved one by one, so it does not matter which rows are found to be moved together. */
+/** Move n rows, beginning at `row`, to the end of `to`, which must have room; the last rows fill the gap: all
+ * lies as if they were moved one by one, so it does not matter which rows are found to be moved together. */
 void ecs_table_move_rows(kd_world *w, ecs_table *t, uint32_t row, uint32_t n, ecs_table *to);
 void ecs_table_release_rows(kd_world *w, ecs_table *t, uint32_t row,
                             uint32_t count);                                   /* on_remove of every value */
@@ -518,7 +511,8 @@ static inline bool ecs_side_disabled(const ecs_side *s, uint32_t index)
 void *ecs_side_find(const kd_world *w, kd_component_id id, uint32_t index);
 /** Make room for n more values, and for entity `index` among them. */
 bool ecs_side_reserve(kd_world *w, kd_component_id id, uint32_t index, uint32_t n);
-/** Add a value (NULL: the default) for an entity that lacks it; room was reserved. `value` may not lie in the side. */
+/** Add a value (NULL: the default) for an entity that lacks it; room was reserved. `value` may not lie in the
+ * side. */
 void ecs_side_add(kd_world *w, kd_component_id id, kd_entity e, const void *value);
 kd_status ecs_side_set(kd_world *w, kd_component_id id, kd_entity e, const void *value);
 void ecs_side_remove(kd_world *w, kd_component_id id, uint32_t index); /* runs on_remove */
@@ -539,14 +533,16 @@ static inline ecs_run ecs_run_of(const ecs_store *s, uint32_t index)
     const ecs_run *page = index / ECS_RUN_PAGE < s->page_limit ? s->pages[index / ECS_RUN_PAGE] : NULL;
     return page ? page[index % ECS_RUN_PAGE] : (ecs_run){0};
 }
-static inline void *ecs_pair_value(const kd_world *w, kd_component_id id, const ecs_relation *r, uint32_t item)
+static inline void *ecs_pair_value(const kd_world *w, kd_component_id id, const ecs_relation *r,
+                                   uint32_t item)
 {
     uint32_t size = w->components[id].size;
     return size ? r->targets.values + (size_t)item * size : (void *)(uintptr_t)w->tag_value;
 }
 /** Place of the target in the source's run, ECS_NONE when they are not related. */
 uint32_t ecs_pair_place(const ecs_relation *r, kd_entity source, kd_entity target);
-/** Item of a pair in the pool, of the source's first one when there is no target. ECS_NONE when there is none. */
+/** Item of a pair in the pool, of the source's first one when there is no target. ECS_NONE when there is
+ * none. */
 uint32_t ecs_pair_item(const ecs_relation *r, kd_entity source, kd_entity target);
 bool ecs_pair_reserve(kd_world *w, ecs_relation *r, uint32_t source, uint32_t target);
 /** Add a pair that is not there yet, room was reserved; returns its item, whose value is not set. */
@@ -603,11 +599,12 @@ void ecs_iter_show(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end
 bool ecs_iter_row_run(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end);
 /** Some required sparse component has no value at all: nothing can match. */
 bool ecs_query_lacks_values(const kd_query *q);
-/** Narrow a fresh iterator to the rows [begin, end) of one matched table; ecs_iter_next_limited shows them. */
+/** Narrow a fresh iterator to the rows [begin, end) of one matched table; ecs_iter_next_limited shows them.
+ */
 void ecs_iter_limit(kd_iter *it, uint32_t match, uint32_t begin, uint32_t end);
 bool ecs_iter_next_limited(kd_iter *it);
-/** Show the longest run of rows from `begin` on that match and agree in their row terms; returns its end, which
- * is `begin` when that row does not match. */
+/** Show the longest run of rows from `begin` on that match and agree in their row terms; returns its end,
+ * which is `begin` when that row does not match. */
 uint32_t ecs_iter_show_run(kd_iter *it, const ecs_match *m, uint32_t begin, uint32_t end);
 /** Did an accessed column of this chunk change after it->changed_since? */
 bool ecs_iter_chunk_changed(const kd_iter *it, const ecs_match *m, uint32_t chunk);

@@ -220,7 +220,8 @@ static bool may_write(const kd_query *q, uint32_t index)
 {
     if (q->kinds[index] == KD_TERM_WRITE || q->kinds[index] == KD_TERM_OPTIONAL_WRITE)
         return true;
-    kd_log(KD_LOG_ERROR, "%s%s%squery %s: component %s is written but declared as read; declare it with KD_WRITE",
+    kd_log(KD_LOG_ERROR,
+           "%s%s%squery %s: component %s is written but declared as read; declare it with KD_WRITE",
            ecs_watching ? "system " : "", ecs_watching ? ecs_watching->system : "", ecs_watching ? ": " : "",
            q->name ? q->name : "without a name", q->world->components[q->ids[index]].desc->name);
     assert(false && "a column declared as read was asked for to write");

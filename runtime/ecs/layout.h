@@ -14,9 +14,9 @@
 #define ECS_DESC_SLOTS     2048u /* of the address hash; a power of two, kept at most half full */
 
 /* Where an entity lies, in one word, so that a lookup reads one cache line to know that a handle is alive and
- * where. Living: row, index of the table, generation of the handle. Dead: next free index, next generation with
- * ECS_NO_TABLE, which no table's index reaches, and 0. An index whose generations are used up is never given
- * again, so that an old handle cannot come alive. */
+ * where. Living: row, index of the table, generation of the handle. Dead: next free index, next generation
+ * with ECS_NO_TABLE, which no table's index reaches, and 0. An index whose generations are used up is never
+ * given again, so that an old handle cannot come alive. */
 #define ECS_ROW_BITS       27u
 #define ECS_TABLE_BITS     20u
 #define ECS_ROW_MASK       ((1u << ECS_ROW_BITS) - 1)
@@ -72,8 +72,8 @@ typedef struct ecs_table {
     uint32_t chunk_capacity;
     uint16_t column_count; /* all, with entities and parents */
     uint16_t depth;
-    uint16_t parents;       /* the parents' column, or the one behind the last without data */
-    uint32_t incoming;      /* rows about to arrive while a subtree is moved */
+    uint16_t parents;  /* the parents' column, or the one behind the last without data */
+    uint32_t incoming; /* rows about to arrive while a subtree is moved */
     struct ecs_archetype *archetype;
     /* 0: entities; then components by id; then, when depth > 0, parents. Behind these column_count, so that a
      * query need not ask, one without data, and one whose data is the value of a tag. */
@@ -83,8 +83,8 @@ typedef struct ecs_table {
 /* Where the values of a component lie: a look-up goes from the record straight to the column. */
 typedef struct ecs_places {
     uint8_t **columns; /* by table index, NULL where there is none */
-    uint32_t limit;     /* tables in `columns` */
-    uint32_t size;      /* of a value */
+    uint32_t limit;    /* tables in `columns` */
+    uint32_t size;     /* of a value */
 } ecs_places;
 
 /* First member of every kd_world. */
@@ -94,7 +94,7 @@ typedef struct ecs_world_head {
     uint32_t table_count;
     uint32_t sparse_count; /* components that are kept beside the tables */
     ecs_table **tables;
-    ecs_places *places; /* [ECS_MAX_COMPONENTS + 1], by component id */
+    ecs_places *places;                                 /* [ECS_MAX_COMPONENTS + 1], by component id */
     const kd_component_desc *desc_keys[ECS_DESC_SLOTS]; /* written once each, read without a lock */
     uint16_t desc_ids[ECS_DESC_SLOTS];
 } ecs_world_head;

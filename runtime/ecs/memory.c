@@ -107,12 +107,14 @@ static void *refuse(kd_world *w, size_t bytes, bool by_limit)
     if (atomic_exchange_explicit(&w->refused, true, memory_order_relaxed))
         return NULL;
     if (by_limit)
-        kd_fail(KD_NO_MEMORY, "world: %zu more bytes would pass its limit, it holds %zu; raise the limit or destroy "
-                              "entities",
+        kd_fail(KD_NO_MEMORY,
+                "world: %zu more bytes would pass its limit, it holds %zu; raise the limit or destroy "
+                "entities",
                 bytes, kd_world_bytes(w));
     else
-        kd_fail(KD_NO_MEMORY, "world: no memory for %zu more bytes, it holds %zu; destroy entities or give the "
-                              "program more memory",
+        kd_fail(KD_NO_MEMORY,
+                "world: no memory for %zu more bytes, it holds %zu; destroy entities or give the "
+                "program more memory",
                 bytes, kd_world_bytes(w));
     return NULL;
 }

@@ -3,10 +3,11 @@
 
 /* Functions that are told when a component comes, is set, goes, or dies with its entity.
  *
- * When they run: a direct call (kd_spawn, kd_set, kd_remove, kd_destroy …) tells its observers after its change
- * is complete and before it returns; kd_world_merge after all commands were applied. So an observer never sees
- * a half-done change, and none runs while a query is iterated or on a worker. Events come in the order of the
- * changes, and observers of one event in the order of registration: the same at any thread count.
+ * When they run: a direct call (kd_spawn, kd_set, kd_remove, kd_destroy …) tells its observers after its
+ * change is complete and before it returns; kd_world_merge after all commands were applied. So an observer
+ * never sees a half-done change, and none runs while a query is iterated or on a worker. Events come in the
+ * order of the changes, and observers of one event in the order of registration: the same at any thread
+ * count.
  *
  * What they may do: everything. Changes that an observer makes take effect at once; the events of these
  * changes are told after those that wait already, before the outermost call returns. By then an entity may be

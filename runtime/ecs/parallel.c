@@ -1,8 +1,8 @@
-/* A query's rows shared among workers. Rows are numbered through all matched tables; a worker gets a stretch of
- * numbers and sees it table by table. How the stretches are cut depends on timing, so nothing may depend on the
- * cuts: commands are recorded under the number of the stretch's first row, which puts them in the order of rows
- * however they were cut. A loop under the caller's own key takes as many keys as it has rows, and the caller
- * goes on behind them. */
+/* A query's rows shared among workers. Rows are numbered through all matched tables; a worker gets a stretch
+ * of numbers and sees it table by table. How the stretches are cut depends on timing, so nothing may depend
+ * on the cuts: commands are recorded under the number of the stretch's first row, which puts them in the
+ * order of rows however they were cut. A loop under the caller's own key takes as many keys as it has rows,
+ * and the caller goes on behind them. */
 
 #include <assert.h>
 
@@ -78,8 +78,8 @@ static void run_range(void *user, uint32_t begin, uint32_t end, uint32_t worker)
     c->key = key;
 }
 
-/* A loop that is too short for kd_jobs_parallel_for to try it out: time its first part here. Returns the lines done,
- * which are all of them when the rest is not worth another thread either. */
+/* A loop that is too short for kd_jobs_parallel_for to try it out: time its first part here. Returns the
+ * lines done, which are all of them when the rest is not worth another thread either. */
 static uint32_t try_out(parallel *p, uint32_t lines, uint32_t worker)
 {
     uint32_t part = (lines + TRIED_PART - 1) / TRIED_PART;

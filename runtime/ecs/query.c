@@ -26,11 +26,8 @@ bool ecs_query_matches(const kd_query *q, const ecs_table *t)
             if (here)
                 return false;
             break;
-        case KD_TERM_ANY:
-            any |= here;
-            break;
-        default:
-            break;
+        case KD_TERM_ANY: any |= here; break;
+        default: break;
         }
     }
     return any;

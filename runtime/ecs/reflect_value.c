@@ -17,18 +17,11 @@ static double load_number(kd_field_type type, const uint8_t *at)
     int32_t i;
     float f;
     switch (type) {
-    case KD_BOOL:
-        return *at != 0;
-    case KD_I32:
-        memcpy(&i, at, sizeof i);
-        return i;
+    case KD_BOOL: return *at != 0;
+    case KD_I32: memcpy(&i, at, sizeof i); return i;
     case KD_U32:
-    case KD_ENUM:
-        memcpy(&u, at, sizeof u);
-        return u;
-    default:
-        memcpy(&f, at, sizeof f);
-        return (double)f;
+    case KD_ENUM: memcpy(&u, at, sizeof u); return u;
+    default: memcpy(&f, at, sizeof f); return (double)f;
     }
 }
 
@@ -38,9 +31,7 @@ static void store_number(kd_field_type type, uint8_t *at, double number)
     int32_t i;
     float f;
     switch (type) {
-    case KD_BOOL:
-        *at = number != 0;
-        break;
+    case KD_BOOL: *at = number != 0; break;
     case KD_I32:
         i = (int32_t)number;
         memcpy(at, &i, sizeof i);

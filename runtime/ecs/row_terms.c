@@ -1,5 +1,5 @@
-/* Terms that are asked row by row: of sparse components, of relations, of components with enable bits. A chunk is
- * then a run of rows that agree. */
+/* Terms that are asked row by row: of sparse components, of relations, of components with enable bits. A
+ * chunk is then a run of rows that agree. */
 
 #include "runtime/ecs/internal.h"
 

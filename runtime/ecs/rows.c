@@ -1,6 +1,6 @@
-/* Rows of tables: they come at the end, and the last one fills the place of one that goes. A table's chunks bear
- * versions: those of column 0, the entities, say when rows came or moved, which counts for every column; those
- * of another column when it was accessed for writing. */
+/* Rows of tables: they come at the end, and the last one fills the place of one that goes. A table's chunks
+ * bear versions: those of column 0, the entities, say when rows came or moved, which counts for every column;
+ * those of another column when it was accessed for writing. */
 
 #include "runtime/ecs/internal.h"
 

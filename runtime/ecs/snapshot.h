@@ -7,20 +7,21 @@
  *     if (kd_snapshot_write(w, &s) == KD_OK) …   later …   kd_snapshot_restore(w, s.data, s.size);
  *     kd_snapshot_fini(&s);
  *
- * A snapshot holds every entity with its handle, row, components, pairs, name, parent and place among its siblings,
- * the handles that are free, the tables in their order, and the singletons of plain data. So a restored world
- * has the same checksum (but for transient components, which it lacks), is iterated in the same order, and
- * answers the same calls with the same handles. A singleton of plain data that was not yet made goes back to
- * its default value; no singleton's address changes.
+ * A snapshot holds every entity with its handle, row, components, pairs, name, parent and place among its
+ * siblings, the handles that are free, the tables in their order, and the singletons of plain data. So a
+ * restored world has the same checksum (but for transient components, which it lacks), is iterated in the
+ * same order, and answers the same calls with the same handles. A singleton of plain data that was not yet
+ * made goes back to its default value; no singleton's address changes.
  *
  * Not in it: components and singletons declared KD_COMPONENT_TRANSIENT, and singletons that own something
- * (on_remove): a restore leaves these singletons as they are; queries and their change versions (after a restore
- * everything counts as changed). A component that owns something (on_remove) and is not transient cannot be
- * copied as bytes: writing is refused.
+ * (on_remove): a restore leaves these singletons as they are; queries and their change versions (after a
+ * restore everything counts as changed). A component that owns something (on_remove) and is not transient
+ * cannot be copied as bytes: writing is refused.
  *
  * The bytes: header (magic, version, byte order, size, XXH3 of all that follows), component table (name,
- * size, hash of the fields), tables (columns copied), free handles, children, names, singletons, sparse values, pairs. They are for
- * programs with the same components on machines of the same byte order; everything else is refused. */
+ * size, hash of the fields), tables (columns copied), free handles, children, names, singletons, sparse
+ * values, pairs. They are for programs with the same components on machines of the same byte order;
+ * everything else is refused. */
 
 #include "runtime/core/json.h"
 #include "runtime/ecs/world.h"
@@ -43,8 +44,8 @@ void kd_snapshot_fini(kd_snapshot *s);
  *  Errors  BAD_FORMAT for truncated, foreign, damaged or mismatched data; UNSUPPORTED for another version or
  *          byte order, or when commands wait for a merge; NOT_FOUND for a component the world does not know;
  *          NO_MEMORY. One message says what and where
- *  Cost    a copy of every column. A table that is there already (an earlier state of the same world) keeps its
- *          blocks; of others old and new content are held at once until it is done */
+ *  Cost    a copy of every column. A table that is there already (an earlier state of the same world) keeps
+ * its blocks; of others old and new content are held at once until it is done */
 kd_status kd_snapshot_restore(kd_world *w, const void *data, size_t size);
 
 /** Write to and restore from a file; a file appears whole or not at all. Errors also those of files. */
@@ -52,7 +53,8 @@ kd_status kd_snapshot_save(const kd_world *w, const char *path);
 kd_status kd_snapshot_load(kd_world *w, const char *path);
 
 /** Write the world as one JSON object for people: entities in order of iteration with handle, name, parent
- * and components by field, the pairs of its relations; then singletons. Components without described fields give null. */
+ * and components by field, the pairs of its relations; then singletons. Components without described fields
+ * give null. */
 void kd_world_write_json(const kd_world *w, kd_json *j);
 
 /* ---- what differs ---- */
@@ -65,9 +67,9 @@ typedef enum kd_difference_kind {
     KD_DIFFERENCE_PARENT,
     KD_DIFFERENCE_PAIR,       /* it is related to `target` in one world only */
     KD_DIFFERENCE_PAIR_ORDER, /* its targets, or its sources, come in another order */
-    KD_DIFFERENCE_SIBLING, /* the same parent, but another sibling follows */
-    KD_DIFFERENCE_ORDER,   /* the first entity at which the orders of iteration part, last of all: once for the
-                              tables, then for each sparse component */
+    KD_DIFFERENCE_SIBLING,    /* the same parent, but another sibling follows */
+    KD_DIFFERENCE_ORDER, /* the first entity at which the orders of iteration part, last of all: once for the
+                            tables, then for each sparse component */
 } kd_difference_kind;
 
 typedef struct kd_difference {

@@ -7,7 +7,8 @@
 kd_status snapshot_read_name(snapshot_reader *in)
 {
     snapshot_name record;
-    const char *text = snapshot_take_record(in, &record, sizeof record) ? snapshot_take(in, record.text_size) : NULL;
+    const char *text =
+        snapshot_take_record(in, &record, sizeof record) ? snapshot_take(in, record.text_size) : NULL;
     const void *list = text ? snapshot_take(in, (uint64_t)record.entity_count * sizeof(uint32_t)) : NULL;
     if (!list)
         return snapshot_damaged(in, "the names are cut off");
@@ -37,7 +38,8 @@ kd_status snapshot_check_singletons(snapshot_reader *in)
     in->singletons = in->data + in->at;
     for (uint32_t i = 0, last = 0; i < in->header.singleton_count; i++) {
         snapshot_singleton record;
-        const void *value = snapshot_take_record(in, &record, sizeof record) ? snapshot_take(in, record.size) : NULL;
+        const void *value =
+            snapshot_take_record(in, &record, sizeof record) ? snapshot_take(in, record.size) : NULL;
         if (!value)
             return snapshot_damaged(in, "the singletons are cut off");
         const kd_component_desc *desc = record.component < in->header.component_count
@@ -159,5 +161,7 @@ kd_status snapshot_read_relation(snapshot_reader *in, uint32_t *last)
     if (c->size && !snapshot_values_are_sane(c->desc, pairs.values, record.pair_count))
         return snapshot_damaged(in, "a string without end, or a bool or word of an enumeration that is none");
     kd_status status = snapshot_relate(in->w, id, &pairs);
-    return status == KD_BAD_FORMAT ? snapshot_damaged(in, "pairs are impossible") : status ? snapshot_no_memory(in) : KD_OK;
+    return status == KD_BAD_FORMAT ? snapshot_damaged(in, "pairs are impossible")
+           : status                ? snapshot_no_memory(in)
+                                   : KD_OK;
 }

@@ -1,20 +1,19 @@
 #ifndef KD_ECS_SNAPSHOT_FORMAT_H
 #define KD_ECS_SNAPSHOT_FORMAT_H
 
-/* The bytes of a snapshot, shared by writer and reader. Every record begins at a multiple of 8; what is shorter
- * is filled up with zeros. In order:
+/* The bytes of a snapshot, shared by writer and reader. Every record begins at a multiple of 8; what is
+ * shorter is filled up with zeros. In order:
  *
  *   snapshot_header
  *   component_count × snapshot_component, name      ascending by name
  *   table_count × snapshot_table, u32 components[], kd_entity entities[], parents[] when depth > 0, columns[]
  *   free_count × kd_entity     index and next generation, the one given next first
- *   resting × kd_entity        indices never given again, generation 0: entity_limit - alive_count - free_count
- *   child_count × u32          all children; those of one parent in their order
- *   name_count × snapshot_name, text, u32 indices[]
- *   singleton_count × snapshot_singleton, value
- *   side_count × snapshot_side, kd_entity entities[], values[], u32 disabled[]      by component
- *   relation_count × snapshot_relation, kd_entity sources[], u32 counts[], kd_entity targets[], u32 places[],
- *       values[]     by component; sources ascend, counts says how many of the targets are each one's */
+ *   resting × kd_entity        indices never given again, generation 0: entity_limit - alive_count -
+ * free_count child_count × u32          all children; those of one parent in their order name_count ×
+ * snapshot_name, text, u32 indices[] singleton_count × snapshot_singleton, value side_count × snapshot_side,
+ * kd_entity entities[], values[], u32 disabled[]      by component relation_count × snapshot_relation,
+ * kd_entity sources[], u32 counts[], kd_entity targets[], u32 places[], values[]     by component; sources
+ * ascend, counts says how many of the targets are each one's */
 
 #include <stdint.h>
 
@@ -54,7 +53,8 @@ typedef struct snapshot_singleton {
     uint32_t component, size;
 } snapshot_singleton;
 
-/* What a component keeps beside the tables: the values of a sparse one in their order, and who is disabled. */
+/* What a component keeps beside the tables: the values of a sparse one in their order, and who is disabled.
+ */
 typedef struct snapshot_side {
     uint32_t component, value_count, disabled_count, unused;
 } snapshot_side;

@@ -35,15 +35,10 @@ static double short_float(float value)
 static void write_number(kd_json *j, const kd_field_ref *ref, double number)
 {
     switch (ref->type) {
-    case KD_BOOL:
-        kd_json_bool(j, number != 0);
-        break;
+    case KD_BOOL: kd_json_bool(j, number != 0); break;
     case KD_I32:
-    case KD_U32:
-        kd_json_int(j, (int64_t)number);
-        break;
-    default:
-        kd_json_double(j, short_float((float)number));
+    case KD_U32: kd_json_int(j, (int64_t)number); break;
+    default: kd_json_double(j, short_float((float)number));
     }
 }
 
@@ -80,15 +75,12 @@ static void write_element(kd_json *j, const kd_field_ref *ref, const uint8_t *va
         memcpy(&e, value + ref->offset, sizeof e);
         write_entity(j, e);
         return;
-    case KD_STRING:
-        write_text(j, value + ref->offset, size);
-        return;
+    case KD_STRING: write_text(j, value + ref->offset, size); return;
     case KD_ENUM:
         memcpy(&word, value + ref->offset, sizeof word);
         write_word(j, ref->field, word);
         return;
-    default:
-        break;
+    default: break;
     }
     kd_field_load(ref, value, numbers);
     if (ref->numbers == 1) {

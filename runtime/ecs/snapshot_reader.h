@@ -45,7 +45,8 @@ kd_status snapshot_no_memory(const snapshot_reader *in);
 /** Take the next `size` bytes and their filling, NULL when there are fewer. */
 const void *snapshot_take(snapshot_reader *in, uint64_t size);
 bool snapshot_take_record(snapshot_reader *in, void *record, size_t size);
-/** Check what a program may use as an index or a text without asking: bools, words of enumerations, strings. */
+/** Check what a program may use as an index or a text without asking: bools, words of enumerations, strings.
+ */
 bool snapshot_values_are_sane(const kd_component_desc *desc, const uint8_t *values, uint32_t count);
 
 /* Lists lie at addresses of any alignment. */
@@ -75,7 +76,8 @@ kd_status snapshot_read_name(snapshot_reader *in);
 kd_status snapshot_check_singletons(snapshot_reader *in);
 /** Go over the checked singletons: make room for each, or write them when nothing can fail any more. */
 kd_status snapshot_walk_singletons(const snapshot_reader *in, bool write);
-/** Give those that a snapshot may hold their default value; one that it does not hold was never asked for then. */
+/** Give those that a snapshot may hold their default value; one that it does not hold was never asked for
+ * then. */
 void snapshot_reset_singletons(kd_world *w);
 /** `last`: component of the side (relation) before, ECS_NONE at first. */
 kd_status snapshot_read_side(snapshot_reader *in, uint32_t *last);

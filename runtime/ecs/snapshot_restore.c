@@ -72,7 +72,8 @@ static kd_status read_component(snapshot_reader *in, uint32_t place)
 {
     snapshot_component record;
     char name[256];
-    const void *text = snapshot_take_record(in, &record, sizeof record) ? snapshot_take(in, record.name_size) : NULL;
+    const void *text =
+        snapshot_take_record(in, &record, sizeof record) ? snapshot_take(in, record.name_size) : NULL;
     if (!text)
         return snapshot_damaged(in, "the component table is cut off");
     if (record.name_size >= sizeof name)
@@ -101,18 +102,15 @@ static bool element_is_sane(const kd_field *f, const uint8_t *at, uint32_t size)
 {
     uint32_t value;
     switch (f->type) {
-    case KD_BOOL:
-        return *at <= 1;
-    case KD_STRING:
-        return memchr(at, 0, size) != NULL;
+    case KD_BOOL: return *at <= 1;
+    case KD_STRING: return memchr(at, 0, size) != NULL;
     case KD_ENUM:
         memcpy(&value, at, sizeof value);
         for (uint32_t i = 0; f->enum_names; i++)
             if (!f->enum_names[i] || i == value)
                 return f->enum_names[i] != NULL;
         return true;
-    default:
-        return true;
+    default: return true;
     }
 }
 
@@ -142,8 +140,8 @@ static kd_status build(snapshot_reader *in)
 {
     kd_world *w = in->w;
     const snapshot_header *h = &in->header;
-    /* Every index has at least eight bytes further on, a table more: hostile counts cannot ask for more memory
-     * than that. */
+    /* Every index has at least eight bytes further on, a table more: hostile counts cannot ask for more
+     * memory than that. */
     if ((uint64_t)h->entity_limit * sizeof(kd_entity) > in->size ||
         (uint64_t)h->table_count * sizeof(snapshot_table) > in->size)
         return snapshot_damaged(in, "the counts in the header are impossible");

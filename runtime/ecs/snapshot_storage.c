@@ -1,6 +1,6 @@
-/* The storage of a world (records, tables, hierarchy, names, what lies beside the tables) as one thing that can be
- * put aside while another one is built, and then put back or given up. Queries keep two lists of matches
- * meanwhile. */
+/* The storage of a world (records, tables, hierarchy, names, what lies beside the tables) as one thing that
+ * can be put aside while another one is built, and then put back or given up. Queries keep two lists of
+ * matches meanwhile. */
 
 #include "runtime/ecs/snapshot_reader.h"
 
@@ -16,8 +16,8 @@ static void swap_bytes(void *restrict a, void *restrict b, size_t size)
 
 void snapshot_swap_storage(kd_world *w, snapshot_storage *other)
 {
-    snapshot_storage now = {w->head.records, w->head.entity_limit, w->head.table_count, w->head.tables,
-                   w->head.places,  {0}};
+    snapshot_storage now = {w->head.records, w->head.entity_limit, w->head.table_count,
+                            w->head.tables,  w->head.places,       {0}};
     w->head.records = other->records;
     w->head.entity_limit = other->entity_limit;
     w->head.table_count = other->table_count;

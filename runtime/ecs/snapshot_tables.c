@@ -1,9 +1,10 @@
 /* Tables, handles and children out of the bytes of a snapshot.
  *
- * Going back to an earlier state of the same world is what restoring is for, so most tables are there already,
- * at the same place and large enough. Such a table's blocks are lent: while everything is checked, the new
- * table's columns point into the bytes; when nothing can fail any more it takes the blocks, and the columns are
- * copied into them. No memory is asked of the system, and no page is touched for the first time. */
+ * Going back to an earlier state of the same world is what restoring is for, so most tables are there
+ * already, at the same place and large enough. Such a table's blocks are lent: while everything is checked,
+ * the new table's columns point into the bytes; when nothing can fail any more it takes the blocks, and the
+ * columns are copied into them. No memory is asked of the system, and no page is touched for the first time.
+ */
 
 #include "runtime/ecs/snapshot_reader.h"
 
@@ -18,8 +19,9 @@ static ecs_table *find_lender(const snapshot_reader *in, const ecs_table *t, uin
     bool fits = old && rows && old->depth == t->depth && b->id_count == a->id_count && !b->hooked &&
                 old->capacity >= rows && old->capacity / MOST_SPARE <= rows;
     bool aligned = ((uintptr_t)in->data & 7) == 0; /* handles are read where they lie meanwhile */
-    return fits && aligned && (!a->id_count || memcmp(a->ids, b->ids, a->id_count * sizeof *a->ids) == 0) ? old
-                                                                                                         : NULL;
+    return fits && aligned && (!a->id_count || memcmp(a->ids, b->ids, a->id_count * sizeof *a->ids) == 0)
+               ? old
+               : NULL;
 }
 
 /* The table is to hold more than what was lent for: it gets blocks of its own. */
@@ -42,7 +44,8 @@ static bool end_loan(const snapshot_reader *in, ecs_table *t)
     return true;
 }
 
-/* Make room for more rows; the table has some when others differed only in components that are not written. */
+/* Make room for more rows; the table has some when others differed only in components that are not written.
+ */
 static bool rows_reserve(const snapshot_reader *in, ecs_table *t, uint32_t rows)
 {
     ecs_table **lender = &in->lenders[t->index];
@@ -53,8 +56,8 @@ static bool rows_reserve(const snapshot_reader *in, ecs_table *t, uint32_t rows)
     return rows <= ECS_ROW_MASK - t->count && ecs_table_reserve(in->w, t, t->count + rows);
 }
 
-/* Let a column hold, from row `first` on, what lies in the bytes: by pointing there until it gets the block of
- * the old one. */
+/* Let a column hold, from row `first` on, what lies in the bytes: by pointing there until it gets the block
+ * of the old one. */
 static void fill_column(const snapshot_reader *in, ecs_table *t, uint32_t column, uint32_t first,
                         const void *bytes)
 {
@@ -131,8 +134,8 @@ static kd_status check_components(const snapshot_reader *in, const void *places,
 }
 
 /* Let the rows that the record tells of follow those that the table has. */
-static kd_status read_rows(snapshot_reader *in, ecs_table *t, const snapshot_table *record, const void *places,
-                           const void *entities, const void *parents)
+static kd_status read_rows(snapshot_reader *in, ecs_table *t, const snapshot_table *record,
+                           const void *places, const void *entities, const void *parents)
 {
     uint32_t first = t->count;
     t->count += record->row_count;

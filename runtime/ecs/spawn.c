@@ -36,7 +36,8 @@ static ecs_table *table_of_ids(kd_world *w, const kd_component_id *ids, uint32_t
     return a ? ecs_table_ensure(w, a, depth) : NULL;
 }
 
-/* Does component i stand among those before it? The last value counts; what an earlier one owns is released. */
+/* Does component i stand among those before it? The last value counts; what an earlier one owns is released.
+ */
 static bool is_repeated(const kd_component_id *ids, uint32_t i)
 {
     for (uint32_t k = 0; k < i; k++)

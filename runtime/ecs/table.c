@@ -1,5 +1,5 @@
-/* Tables: the entities of one archetype at one depth of the hierarchy, struct of arrays. One table a depth, so
- * that visiting tables by depth visits parents before children. */
+/* Tables: the entities of one archetype at one depth of the hierarchy, struct of arrays. One table a depth,
+ * so that visiting tables by depth visits parents before children. */
 
 #include "runtime/ecs/internal.h"
 

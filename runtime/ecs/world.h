@@ -52,13 +52,13 @@ typedef struct kd_value {
     const kd_component_desc *desc;
     const void *value; /* NULL: the component's default */
 } kd_value;
-#define KD_VAL(type, ...)        ((kd_value){&type##_desc, &(const type)__VA_ARGS__})
+#define KD_VAL(type, ...) ((kd_value){&type##_desc, &(const type)__VA_ARGS__})
 /* The value that `pointer` (to the type; the compiler checks it) points to. */
 #define KD_VAL_AT(type, pointer) ((kd_value){&type##_desc, (const type *){(pointer)}})
 #define KD_TAG(type)             ((kd_value){&type##_desc, NULL})
 
-/** Make one entity with all its values in one table write. Returns KD_NO_ENTITY when memory is out: the caller
- * keeps what the values own. */
+/** Make one entity with all its values in one table write. Returns KD_NO_ENTITY when memory is out: the
+ * caller keeps what the values own. */
 kd_entity kd_spawn_values(kd_world *w, const kd_value *values, uint32_t count);
 #define kd_spawn(w, ...)                                                                                     \
     kd_spawn_values((w), (const kd_value[]){__VA_ARGS__},                                                    \
@@ -90,8 +90,8 @@ void *kd_find_mut_id(kd_world *w, kd_entity e, kd_component_id id);
  * change a part of a component that owns something use kd_find_mut. Errors KD_NOT_FOUND for a dead entity,
  * KD_NO_MEMORY: the caller keeps what the value owns. */
 kd_status kd_set_value(kd_world *w, kd_entity e, kd_value value);
-/** Take a component off; one that it lacks is as good as taken. Moves the row to another table, so it can fail:
- * NO_MEMORY, nothing is changed. Errors also NOT_FOUND for a dead entity. */
+/** Take a component off; one that it lacks is as good as taken. Moves the row to another table, so it can
+ * fail: NO_MEMORY, nothing is changed. Errors also NOT_FOUND for a dead entity. */
 kd_status kd_remove_id(kd_world *w, kd_entity e, kd_component_id id);
 /** Tell whether it is there, without access to its value: any system may ask. */
 static inline bool kd_has_id(const kd_world *w, kd_entity e, kd_component_id id);
@@ -111,8 +111,9 @@ typedef struct kd_lookup {
     const kd_world *world;
     uint64_t structure;
 } kd_lookup;
-/** Prepare it for a component that lies in tables: one with a size, and not sparse. Like a pointer to a value it
- * is valid until the next structural change, and so is what it finds. Threading: whoever may read the component. */
+/** Prepare it for a component that lies in tables: one with a size, and not sparse. Like a pointer to a value
+ * it is valid until the next structural change, and so is what it finds. Threading: whoever may read the
+ * component. */
 kd_lookup kd_lookup_make(kd_world *w, const kd_component_desc *desc);
 /** Get a value to read. NULL when the entity is dead or lacks it, and for a handle of kd_commands_spawn: pass
  * those through kd_entity_resolve. */
@@ -124,8 +125,8 @@ static inline const void *kd_lookup_find(const kd_lookup *l, kd_entity e);
  * component is absent (rows with READ, WRITE or WITH are skipped, OPTIONAL gives NULL, WITHOUT matches);
  * kd_find, kd_set and kd_has still see it. No row moves, and calling it while a query is iterated is allowed:
  * rows shown later heed it. Removing the component forgets the bit.
- *  Errors  NOT_FOUND for a dead entity or one without it; UNSUPPORTED, with a message, when it is not declared so
- *  Threading  the owner of the world; from jobs record kd_commands_enable */
+ *  Errors  NOT_FOUND for a dead entity or one without it; UNSUPPORTED, with a message, when it is not
+ * declared so Threading  the owner of the world; from jobs record kd_commands_enable */
 kd_status kd_enable_id(kd_world *w, kd_entity e, kd_component_id id, bool enabled);
 bool kd_is_enabled_id(const kd_world *w, kd_entity e, kd_component_id id); /* false also when it lacks it */
 #define kd_enable(w, e, type)     kd_enable_id((w), (e), KD_ID((w), type), true)
@@ -156,10 +157,10 @@ kd_entity kd_next_sibling(const kd_world *w, kd_entity e);
 /* While a query is being iterated, or from jobs, structure is changed through commands only. Each worker has
  * its own buffer; a merge applies them ordered by (sort key, order of recording, worker). Jobs that may run
  * side by side set sort keys of their own: then the result is the same whichever worker ran them. Nothing
- * recorded is seen before the merge; commands on entities that are dead by then do nothing. What a recorded value
- * owns belongs to the buffer, which releases it (on_remove) when it finds no place. A command for which there is
- * no memory is not recorded: kd_commands_spawn and kd_commands_set say so and leave the value to the caller, and
- * the merge reports it. */
+ * recorded is seen before the merge; commands on entities that are dead by then do nothing. What a recorded
+ * value owns belongs to the buffer, which releases it (on_remove) when it finds no place. A command for which
+ * there is no memory is not recorded: kd_commands_spawn and kd_commands_set say so and leave the value to the
+ * caller, and the merge reports it. */
 typedef struct kd_commands kd_commands;
 /** Get the buffer of one worker (0 … KD_MAX_WORKERS-1). */
 kd_commands *kd_world_commands(kd_world *w, uint32_t worker);
@@ -176,11 +177,11 @@ void kd_commands_set_parent(kd_commands *c, kd_entity child, kd_entity parent);
 void kd_commands_set_name(kd_commands *c, kd_entity e, const char *name);
 bool kd_world_has_commands(const kd_world *w);
 /** Apply everything recorded. Called between phases by the scheduler.
- *  Errors     NO_MEMORY when a command could not be recorded or applied (all others are), or when there was no room
- *             to begin: then nothing is applied and everything waits still (kd_world_has_commands). Else what the
- *             direct call gives for the first command that is refused, with its message: OUT_OF_RANGE for a parent
- *             below its child, UNSUPPORTED, BAD_FORMAT, …; all others are applied
- *  Threading  the caller owns the world */
+ *  Errors     NO_MEMORY when a command could not be recorded or applied (all others are), or when there was
+ * no room to begin: then nothing is applied and everything waits still (kd_world_has_commands). Else what the
+ *             direct call gives for the first command that is refused, with its message: OUT_OF_RANGE for a
+ * parent below its child, UNSUPPORTED, BAD_FORMAT, …; all others are applied Threading  the caller owns the
+ * world */
 kd_status kd_world_merge(kd_world *w);
 
 /* ---- statistics ---- */

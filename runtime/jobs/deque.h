@@ -54,7 +54,8 @@ typedef struct job_deque {
     _Atomic(job_ring *) ring;
 } job_deque;
 
-static inline job_ring *job_ring_make(int64_t size, job_ring *older) {
+static inline job_ring *job_ring_make(int64_t size, job_ring *older)
+{
     job_ring *ring = malloc(sizeof(job_ring) + (size_t)size * sizeof(job_slot));
     if (ring) {
         ring->older = older;
@@ -63,7 +64,8 @@ static inline job_ring *job_ring_make(int64_t size, job_ring *older) {
     return ring;
 }
 
-static inline void job_slot_write(job_ring *ring, int64_t index, const job *j) {
+static inline void job_slot_write(job_ring *ring, int64_t index, const job *j)
+{
     job_slot *slot = &ring->slots[index & (ring->size - 1)];
     atomic_store_explicit(&slot->words[0], (uint64_t)(uintptr_t)j->fn, memory_order_relaxed);
     atomic_store_explicit(&slot->words[1], (uint64_t)(uintptr_t)j->user, memory_order_relaxed);
@@ -71,7 +73,8 @@ static inline void job_slot_write(job_ring *ring, int64_t index, const job *j) {
     atomic_store_explicit(&slot->words[3], j->range, memory_order_relaxed);
 }
 
-static inline job job_slot_read(job_ring *ring, int64_t index) {
+static inline job job_slot_read(job_ring *ring, int64_t index)
+{
     job_slot *slot = &ring->slots[index & (ring->size - 1)];
     return (job){
         .fn = (kd_job_fn *)(uintptr_t)atomic_load_explicit(&slot->words[0], memory_order_relaxed),
@@ -81,7 +84,8 @@ static inline job job_slot_read(job_ring *ring, int64_t index) {
     };
 }
 
-static inline bool job_deque_init(job_deque *d, int64_t size) {
+static inline bool job_deque_init(job_deque *d, int64_t size)
+{
     job_ring *ring = job_ring_make(size, NULL);
     atomic_init(&d->top, 0);
     atomic_init(&d->bottom, 0);
@@ -90,7 +94,8 @@ static inline bool job_deque_init(job_deque *d, int64_t size) {
     return ring != NULL;
 }
 
-static inline void job_deque_fini(job_deque *d) {
+static inline void job_deque_fini(job_deque *d)
+{
     for (job_ring *ring = atomic_load(&d->ring); ring;) {
         job_ring *older = ring->older;
         free(ring);
@@ -99,7 +104,8 @@ static inline void job_deque_fini(job_deque *d) {
 }
 
 /* Owner: get a ring with room for n more jobs. NULL when memory is out. */
-static inline job_ring *job_deque_reserve(job_deque *d, int64_t n) {
+static inline job_ring *job_deque_reserve(job_deque *d, int64_t n)
+{
     job_ring *ring = atomic_load_explicit(&d->ring, memory_order_relaxed);
     int64_t bottom = atomic_load_explicit(&d->bottom, memory_order_relaxed);
     if (bottom - d->known_top + n <= ring->size)
@@ -122,12 +128,14 @@ static inline job_ring *job_deque_reserve(job_deque *d, int64_t n) {
 }
 
 /* Owner: publish the n jobs that were written at bottom, bottom + 1, … of the reserved ring. */
-static inline void job_deque_publish(job_deque *d, int64_t n) {
+static inline void job_deque_publish(job_deque *d, int64_t n)
+{
     int64_t bottom = atomic_load_explicit(&d->bottom, memory_order_relaxed);
     atomic_store_explicit(&d->bottom, bottom + n, memory_order_seq_cst);
 }
 
-static inline bool job_deque_push(job_deque *d, const job *j) {
+static inline bool job_deque_push(job_deque *d, const job *j)
+{
     job_ring *ring = job_deque_reserve(d, 1);
     if (!ring)
         return false;
@@ -137,7 +145,8 @@ static inline bool job_deque_push(job_deque *d, const job *j) {
 }
 
 /* Owner: take the job pushed last. */
-static inline bool job_deque_take(job_deque *d, job *out) {
+static inline bool job_deque_take(job_deque *d, job *out)
+{
     int64_t bottom = atomic_load_explicit(&d->bottom, memory_order_relaxed) - 1;
     if (atomic_load_explicit(&d->top, memory_order_relaxed) > bottom)
         return false; /* top only grows: empty it is */
@@ -157,20 +166,23 @@ static inline bool job_deque_take(job_deque *d, job *out) {
 }
 
 /* Any thread: how many jobs there seem to be; *top is where stealing would begin. */
-static inline int64_t job_deque_look(job_deque *d, int64_t *top) {
+static inline int64_t job_deque_look(job_deque *d, int64_t *top)
+{
     *top = atomic_load_explicit(&d->top, memory_order_seq_cst);
     return atomic_load_explicit(&d->bottom, memory_order_seq_cst) - *top;
 }
 
 /* Thief: take the job at `top`, which a look has found there. False when somebody was faster. */
-static inline bool job_deque_steal(job_deque *d, int64_t top, job *out) {
+static inline bool job_deque_steal(job_deque *d, int64_t top, job *out)
+{
     job_ring *ring = atomic_load_explicit(&d->ring, memory_order_acquire);
     *out = job_slot_read(ring, top);
     return atomic_compare_exchange_strong_explicit(&d->top, &top, top + 1, memory_order_seq_cst,
                                                    memory_order_relaxed);
 }
 
-static inline bool job_deque_is_empty(job_deque *d) {
+static inline bool job_deque_is_empty(job_deque *d)
+{
     return atomic_load_explicit(&d->bottom, memory_order_relaxed) <=
            atomic_load_explicit(&d->top, memory_order_relaxed);
 }

@@ -48,7 +48,8 @@ typedef struct ready_batch {
     uint32_t count;
 } ready_batch;
 
-kd_job_graph *kd_job_graph_make(kd_jobs *jobs) {
+kd_job_graph *kd_job_graph_make(kd_jobs *jobs)
+{
     kd_job_graph *g = calloc(1, sizeof *g);
     if (g)
         g->jobs = jobs;
@@ -57,7 +58,8 @@ kd_job_graph *kd_job_graph_make(kd_jobs *jobs) {
     return g;
 }
 
-void kd_job_graph_destroy(kd_job_graph *g) {
+void kd_job_graph_destroy(kd_job_graph *g)
+{
     if (!g)
         return;
     free(g->nodes);
@@ -70,7 +72,8 @@ void kd_job_graph_destroy(kd_job_graph *g) {
 /* ---- building ---- */
 
 /* Make room for `count` items of an array; what it holds stays. */
-static bool reserve(kd_job_graph *g, void *array, uint32_t *room, uint32_t count, size_t size) {
+static bool reserve(kd_job_graph *g, void *array, uint32_t *room, uint32_t count, size_t size)
+{
     void *old, *larger;
     if (count <= *room)
         return true;
@@ -88,12 +91,14 @@ static bool reserve(kd_job_graph *g, void *array, uint32_t *room, uint32_t count
     return true;
 }
 
-void kd_job_graph_clear(kd_job_graph *g) {
+void kd_job_graph_clear(kd_job_graph *g)
+{
     g->node_count = g->edge_count = 0;
     g->sorted = g->failed = g->misused = false;
 }
 
-kd_job_node kd_job_graph_add(kd_job_graph *g, kd_job_fn *fn, void *user) {
+kd_job_node kd_job_graph_add(kd_job_graph *g, kd_job_fn *fn, void *user)
+{
     assert(fn);
     g->sorted = false;
     if (!reserve(g, &g->nodes, &g->node_room, g->node_count + 1, sizeof *g->nodes))
@@ -103,7 +108,8 @@ kd_job_node kd_job_graph_add(kd_job_graph *g, kd_job_fn *fn, void *user) {
 }
 
 /* Is it a node? One that is not makes the run fail, unless memory is out: nodes are missing then. */
-static bool is_node(kd_job_graph *g, kd_job_node node) {
+static bool is_node(kd_job_graph *g, kd_job_node node)
+{
     if (node < g->node_count)
         return true;
     if (!g->misused) {
@@ -115,25 +121,29 @@ static bool is_node(kd_job_graph *g, kd_job_node node) {
     return false;
 }
 
-void kd_job_graph_place(kd_job_graph *g, kd_job_node node, kd_node_place place) {
+void kd_job_graph_place(kd_job_graph *g, kd_job_node node, kd_node_place place)
+{
     if (is_node(g, node))
         g->nodes[node].place = place;
 }
 
-void kd_job_graph_edge(kd_job_graph *g, kd_job_node before, kd_job_node after) {
+void kd_job_graph_edge(kd_job_graph *g, kd_job_node before, kd_job_node after)
+{
     g->sorted = false;
     if (is_node(g, before) && is_node(g, after) && !g->failed &&
         reserve(g, &g->edges, &g->edge_room, g->edge_count + 1, sizeof *g->edges))
         g->edges[g->edge_count++] = (graph_edge){before, after};
 }
 
-uint32_t kd_job_graph_count(const kd_job_graph *g) {
+uint32_t kd_job_graph_count(const kd_job_graph *g)
+{
     return g->node_count;
 }
 
 /* ---- sorting ---- */
 
-static void link_successors(kd_job_graph *g) {
+static void link_successors(kd_job_graph *g)
+{
     graph_node *nodes = g->nodes;
     for (uint32_t i = 0; i < g->node_count; i++)
         nodes[i].need = nodes[i].count = 0;
@@ -153,7 +163,8 @@ static void link_successors(kd_job_graph *g) {
 }
 
 /* Kahn 1962. Returns how many nodes lie on no circle and behind none. */
-static uint32_t find_order(kd_job_graph *g) {
+static uint32_t find_order(kd_job_graph *g)
+{
     uint32_t end = 0;
     for (uint32_t i = 0; i < g->node_count; i++) {
         atomic_store_explicit(&g->nodes[i].blocked, g->nodes[i].need, memory_order_relaxed);
@@ -175,7 +186,8 @@ static uint32_t find_order(kd_job_graph *g) {
 
 /* Heights from the ends back, and the highest successor of each node to the front: it is the one a worker
  * goes on with. */
-static void find_heights(kd_job_graph *g) {
+static void find_heights(kd_job_graph *g)
+{
     for (uint32_t at = g->node_count; at-- > 0;) {
         graph_node *n = &g->nodes[g->order[at]];
         uint32_t *next = g->next + n->first, highest = 0;
@@ -195,7 +207,8 @@ static void find_heights(kd_job_graph *g) {
     }
 }
 
-static kd_status sort(kd_job_graph *g) {
+static kd_status sort(kd_job_graph *g)
+{
     if (g->misused && !g->failed)
         return kd_fail(KD_OUT_OF_RANGE,
                        "job graph: node %u was named when there were %u; name what kd_job_graph_add returned",
@@ -219,12 +232,14 @@ static kd_status sort(kd_job_graph *g) {
 
 static void node_job(void *user, uint32_t worker);
 
-static void send(kd_job_graph *g, ready_batch *ready) {
+static void send(kd_job_graph *g, ready_batch *ready)
+{
     kd_jobs_run_n(g->jobs, node_job, ready->nodes, ready->count, NULL);
     ready->count = 0;
 }
 
-static void offer(kd_job_graph *g, ready_batch *ready, graph_node *n) {
+static void offer(kd_job_graph *g, ready_batch *ready, graph_node *n)
+{
     if (n->place == KD_NODE_LANE) {
         kd_jobs_run_lane(g->jobs, node_job, n, NULL);
     } else if (n->place == KD_NODE_FIRST) {
@@ -237,13 +252,15 @@ static void offer(kd_job_graph *g, ready_batch *ready, graph_node *n) {
 }
 
 /* Count one predecessor less. A lone one needs no atomic step. */
-static bool unblock(graph_node *n) {
+static bool unblock(graph_node *n)
+{
     return n->need == 1 || atomic_fetch_sub_explicit(&n->blocked, 1, memory_order_acq_rel) == 1;
 }
 
 /* Node n has ended: free its successors. Returns the one to go on with; none after a lane node, so that other
  * lane jobs do not wait for work that could run elsewhere. */
-static graph_node *release(kd_job_graph *g, const graph_node *n) {
+static graph_node *release(kd_job_graph *g, const graph_node *n)
+{
     ready_batch ready; /* not cleared as a whole: a hop of a chain would pay for it */
     graph_node *chosen = NULL;
     ready.count = 0;
@@ -261,7 +278,8 @@ static graph_node *release(kd_job_graph *g, const graph_node *n) {
     return chosen;
 }
 
-static void node_job(void *user, uint32_t worker) {
+static void node_job(void *user, uint32_t worker)
+{
     graph_node *n = user;
     kd_job_graph *g = n->graph;
     kd_jobs *jobs = g->jobs;
@@ -273,7 +291,8 @@ static void node_job(void *user, uint32_t worker) {
     kd_jobs_lower(jobs, &g->unfinished, done);
 }
 
-kd_status kd_job_graph_run(kd_job_graph *g) {
+kd_status kd_job_graph_run(kd_job_graph *g)
+{
     kd_status status = g->sorted ? KD_OK : sort(g);
     if (status != KD_OK)
         return status;

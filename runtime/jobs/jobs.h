@@ -52,8 +52,8 @@ void kd_jobs_wait(kd_jobs *jobs, kd_job_counter *counter);
 void kd_jobs_lower(kd_jobs *jobs, kd_job_counter *counter, uint32_t n);
 
 /* ---- watching: what profilers hook in ---- */
-/* Called on a worker round each job that it takes. `label` is that of who started the loop of which the job is a
- * part, 0 for other jobs. */
+/* Called on a worker round each job that it takes. `label` is that of who started the loop of which the job
+ * is a part, 0 for other jobs. */
 typedef struct kd_jobs_hooks {
     void (*begin)(void *user, uint32_t worker, uint32_t label);
     void (*end)(void *user, uint32_t worker, uint32_t label);
@@ -61,11 +61,12 @@ typedef struct kd_jobs_hooks {
 } kd_jobs_hooks;
 /** Set the hooks (NULL: none). Threading: worker 0, while no job is under way. */
 void kd_jobs_set_hooks(kd_jobs *jobs, const kd_jobs_hooks *hooks);
-/** Label the loops that the calling worker starts from now on. Returns the label before. Threading: that worker. */
+/** Label the loops that the calling worker starts from now on. Returns the label before. Threading: that
+ * worker. */
 uint32_t kd_jobs_set_label(kd_jobs *jobs, uint32_t worker, uint32_t label);
 
-/** Worker number of the calling thread in this pool (NULL: in the one that it belongs to); 0 for threads that are not
- * workers. */
+/** Worker number of the calling thread in this pool (NULL: in the one that it belongs to); 0 for threads that
+ * are not workers. */
 uint32_t kd_jobs_worker(const kd_jobs *jobs);
 
 #define KD_GPU_LANE 0u

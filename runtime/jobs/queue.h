@@ -20,7 +20,8 @@ typedef struct job_queue {
     pthread_mutex_t lock;
 } job_queue;
 
-static inline bool job_queue_init(job_queue *q, uint32_t size) {
+static inline bool job_queue_init(job_queue *q, uint32_t size)
+{
     pthread_mutex_init(&q->lock, NULL);
     atomic_init(&q->count, 0);
     q->size = size;
@@ -29,13 +30,15 @@ static inline bool job_queue_init(job_queue *q, uint32_t size) {
     return q->ring != NULL;
 }
 
-static inline void job_queue_fini(job_queue *q) {
+static inline void job_queue_fini(job_queue *q)
+{
     pthread_mutex_destroy(&q->lock);
     free(q->ring);
 }
 
 /* Under lock: double the ring. */
-static inline bool job_queue_grow(job_queue *q, uint32_t count) {
+static inline bool job_queue_grow(job_queue *q, uint32_t count)
+{
     job *larger = malloc(sizeof(job) * q->size * 2);
     if (!larger)
         return false;
@@ -49,7 +52,8 @@ static inline bool job_queue_grow(job_queue *q, uint32_t count) {
 }
 
 /* False when memory is out; nothing is queued then. */
-static inline bool job_queue_put(job_queue *q, const job *j) {
+static inline bool job_queue_put(job_queue *q, const job *j)
+{
     pthread_mutex_lock(&q->lock);
     uint32_t count = atomic_load_explicit(&q->count, memory_order_relaxed);
     bool ok = count < q->size || job_queue_grow(q, count);
@@ -61,7 +65,8 @@ static inline bool job_queue_put(job_queue *q, const job *j) {
     return ok;
 }
 
-static inline bool job_queue_take(job_queue *q, job *out) {
+static inline bool job_queue_take(job_queue *q, job *out)
+{
     if (atomic_load_explicit(&q->count, memory_order_relaxed) == 0)
         return false;
     pthread_mutex_lock(&q->lock);

@@ -130,21 +130,11 @@ static void record_job(kd_commands *c, uint64_t key, const kd_entity *known, uin
     for (uint32_t i = 0; i < n; i++) {
         kd_entity e = known[random_below(&random, known_count)];
         switch (random_below(&random, 7)) {
-        case 0:
-            kd_commands_destroy(c, e);
-            break;
-        case 1:
-            kd_commands_set(c, e, KD_VAL(position, {(float)key, (float)i, 0}));
-            break;
-        case 2:
-            kd_commands_remove(c, e, &position_desc);
-            break;
-        case 3:
-            kd_commands_set(c, e, KD_TAG(frozen));
-            break;
-        case 4:
-            kd_commands_set_parent(c, e, known[random_below(&random, known_count)]);
-            break;
+        case 0: kd_commands_destroy(c, e); break;
+        case 1: kd_commands_set(c, e, KD_VAL(position, {(float)key, (float)i, 0})); break;
+        case 2: kd_commands_remove(c, e, &position_desc); break;
+        case 3: kd_commands_set(c, e, KD_TAG(frozen)); break;
+        case 4: kd_commands_set_parent(c, e, known[random_below(&random, known_count)]); break;
         default: {
             kd_entity made = RECORD_SPAWN(c, KD_VAL(position, {(float)key, 0, 0}), KD_VAL(bond, {e, i}));
             kd_commands_set_parent(c, made, e);

@@ -79,25 +79,16 @@ static void change_structure(kd_iter *rows, kd_commands *c, void *user)
             random_u32(&random);
         kd_entity e = rows->entities[i];
         switch (random_u32(&random) % 6) {
-        case 0:
-            kd_commands_destroy(c, e);
-            break;
+        case 0: kd_commands_destroy(c, e); break;
         case 1: {
             kd_entity made = kd_commands_spawn(c, (kd_value[]){KD_VAL(bond, {e, (uint32_t)h[i].now})}, 1);
             kd_commands_set_parent(c, made, e);
             break;
         }
-        case 2:
-            kd_commands_set(c, e, KD_VAL(velocity, {1, 2, (float)h[i].now}));
-            break;
-        case 3:
-            kd_commands_remove(c, e, &frozen_desc);
-            break;
-        case 4:
-            kd_commands_enable(c, e, &spark_desc, random & 1);
-            break;
-        default:
-            break;
+        case 2: kd_commands_set(c, e, KD_VAL(velocity, {1, 2, (float)h[i].now})); break;
+        case 3: kd_commands_remove(c, e, &frozen_desc); break;
+        case 4: kd_commands_enable(c, e, &spark_desc, random & 1); break;
+        default: break;
         }
     }
 }
@@ -134,8 +125,8 @@ static void commands_give_the_same_world_at_any_thread_count(void **state)
     }
 }
 
-/* Commands before, between and behind two loops under the caller's own key: each as in the text of the program,
- * wherever the rows were cut. */
+/* Commands before, between and behind two loops under the caller's own key: each as in the text of the
+ * program, wherever the rows were cut. */
 static uint64_t looped_twice(uint32_t threads)
 {
     kd_jobs *jobs = threads ? kd_jobs_make(threads) : NULL;

@@ -126,11 +126,9 @@ static void systems_conflict_over_two_descriptions_of_a_component(void **state)
     fixture f = make(1);
     add(&f, (kd_system_desc){
                 .name = "a", .components = {KD_CHANGES(red)}, .no_commands = true, .run = note, .user = "a"});
-    add(&f, (kd_system_desc){.name = "b",
-                             .components = {{&also_red, true}},
-                             .no_commands = true,
-                             .run = note,
-                             .user = "b"});
+    add(&f,
+        (kd_system_desc){
+            .name = "b", .components = {{&also_red, true}}, .no_commands = true, .run = note, .user = "b"});
     for (uint64_t seed = 1; seed <= 64; seed++) {
         kd_schedule_randomize(f.schedule, seed);
         clear_trace();
@@ -594,9 +592,17 @@ static void dot_shows_phases_edges_and_barriers(void **state)
                              .resources = {{"svo.nodes", KD_USE_SAMPLED}, {"picture", KD_USE_SAMPLED}},
                              .run = note,
                              .user = "t"});
-    add(&f, (kd_system_desc){.name = "u", .phase = KD_PHASE_CAPTURE, .rate = {.every_s = 0.5}, .run = note, .run_if = never, .user = "u"});
-    add(&f, (kd_system_desc){
-                .name = "v", .phase = KD_PHASE_CAPTURE, .rate = {.every_frames = 4, .offset_frames = 3}, .run = note, .user = "v"});
+    add(&f, (kd_system_desc){.name = "u",
+                             .phase = KD_PHASE_CAPTURE,
+                             .rate = {.every_s = 0.5},
+                             .run = note,
+                             .run_if = never,
+                             .user = "u"});
+    add(&f, (kd_system_desc){.name = "v",
+                             .phase = KD_PHASE_CAPTURE,
+                             .rate = {.every_frames = 4, .offset_frames = 3},
+                             .run = note,
+                             .user = "v"});
     assert_int_equal(kd_schedule_enable(f.schedule, "v", false), KD_OK);
     kd_log_set_sink(quiet, NULL);
     assert_int_equal(kd_schedule_write_dot(f.schedule, path), KD_USAGE);
@@ -614,7 +620,8 @@ static void dot_shows_phases_edges_and_barriers(void **state)
     assert_non_null(strstr(text, "n1 -> n2;"));
     assert_null(strstr(text, "n0 -> n2"));
     assert_non_null(strstr(text, "label=\"u\\nevery 0.5 s\\nif its condition holds\""));
-    assert_non_null(strstr(text, "label=\"v\\nevery 4 frames from 3 on\", shape=ellipse, fillcolor=\"#f8f0dc\", style=\"filled,dashed\"]"));
+    assert_non_null(strstr(text, "label=\"v\\nevery 4 frames from 3 on\", shape=ellipse, "
+                                 "fillcolor=\"#f8f0dc\", style=\"filled,dashed\"]"));
     assert_null(strstr(text, "cluster_hierarchy"));
     free(text);
     unlink(path);

@@ -257,8 +257,8 @@ static void sparse_values_and_singletons_are_compared(void **state)
     (void)state;
     assert_caught((kd_system_desc){.components = {KD_USES(mark)}, .run = write_sparse},
                   "wrote component mark", "sparse values", "shown by query marks");
-    assert_caught((kd_system_desc){.components = {KD_USES(trust)}, .run = write_pair}, "wrote component trust",
-                  "values of its pairs", "declares as read");
+    assert_caught((kd_system_desc){.components = {KD_USES(trust)}, .run = write_pair},
+                  "wrote component trust", "values of its pairs", "declares as read");
     assert_caught((kd_system_desc){.components = {KD_USES(speed)}, .run = write_singleton},
                   "wrote component speed", "the singleton", "declares as read");
     assert_caught((kd_system_desc){.components = {KD_USES(place)}, .run = write_singleton}, "kd_singleton",

@@ -1,5 +1,6 @@
-/* The order in which a system's commands are merged: its runs of a frame one behind the other, and in a run what
- * was recorded before, in and after each loop, whichever workers ran the rows and however they were cut. */
+/* The order in which a system's commands are merged: its runs of a frame one behind the other, and in a run
+ * what was recorded before, in and after each loop, whichever workers ran the rows and however they were cut.
+ */
 #include "runtime/ecs/system.h"
 #include "runtime/jobs/jobs.h"
 #include "tests/unit/ecs_fixture.h"

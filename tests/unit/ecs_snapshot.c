@@ -124,23 +124,12 @@ static void go_on(kd_world *w, uint64_t seed)
         kd_entity made = kd_spawn(w, KD_VAL(velocity, {1, 2, (float)i}));
         kd_entity picked = {random_below(&seed, 220), 1 + random_below(&seed, 3)};
         switch (random_below(&seed, 6)) {
-        case 0:
-            kd_destroy(w, picked);
-            break;
-        case 1:
-            kd_set(w, picked, padded, {1, (uint32_t)i});
-            break;
-        case 2:
-            kd_set_parent(w, made, picked);
-            break;
-        case 3:
-            kd_remove(w, picked, position);
-            break;
-        case 4:
-            kd_set_name(w, picked, "odd");
-            break;
-        default:
-            kd_destroy(w, kd_find_named(w, "odd"));
+        case 0: kd_destroy(w, picked); break;
+        case 1: kd_set(w, picked, padded, {1, (uint32_t)i}); break;
+        case 2: kd_set_parent(w, made, picked); break;
+        case 3: kd_remove(w, picked, position); break;
+        case 4: kd_set_name(w, picked, "odd"); break;
+        default: kd_destroy(w, kd_find_named(w, "odd"));
         }
     }
 }
@@ -273,14 +262,13 @@ static void transient_components_stay_behind(void **state)
     kd_world_destroy(b);
 }
 
-/* What a snapshot lacks was at its default when it was taken; caches and what owns memory are none of its business. */
+/* What a snapshot lacks was at its default when it was taken; caches and what owns memory are none of its
+ * business. */
 static void a_singleton_made_since_goes_back_to_its_default(void **state)
 {
     (void)state;
-    static const kd_component_desc counter_desc = {.name = "counter",
-                                                   .size = sizeof(int),
-                                                   .align = _Alignof(int),
-                                                   .flags = KD_COMPONENT_TRANSIENT};
+    static const kd_component_desc counter_desc = {
+        .name = "counter", .size = sizeof(int), .align = _Alignof(int), .flags = KD_COMPONENT_TRANSIENT};
     kd_world *w = populated(10);
     kd_singleton(w, health)->now = 77;
     kd_snapshot s = snapshot_of(w);
@@ -559,26 +547,13 @@ static void each_difference_is_named(void **state)
         }
         assert_int_equal(kd_world_diff(w[0], w[1], NULL, 0), 0);
         switch (cases[i].change) {
-        case 0:
-            kd_find_mut(w[1], e, position)->y = 9;
-            break;
-        case 1:
-            kd_add(w[1], e, health);
-            break;
-        case 2:
-            kd_remove(w[1], e, position);
-            break;
-        case 3:
-            kd_set_name(w[1], e, "other");
-            break;
-        case 6:
-            kd_disable(w[1], e, spark);
-            break;
-        case 4:
-            kd_set_parent(w[1], e, (kd_entity){0, 1});
-            break;
-        default:
-            kd_destroy(w[1], e);
+        case 0: kd_find_mut(w[1], e, position)->y = 9; break;
+        case 1: kd_add(w[1], e, health); break;
+        case 2: kd_remove(w[1], e, position); break;
+        case 3: kd_set_name(w[1], e, "other"); break;
+        case 6: kd_disable(w[1], e, spark); break;
+        case 4: kd_set_parent(w[1], e, (kd_entity){0, 1}); break;
+        default: kd_destroy(w[1], e);
         }
         assert_true(kd_world_diff(w[0], w[1], d, 8) >= 1);
         assert_int_equal(d[0].kind, cases[i].kind);

@@ -127,7 +127,8 @@ static uint32_t taken_count;
 /* ---- accesses of the deque ---- */
 
 /* Number of the cell at an address; -1 for the words of a slot that the model leaves out. */
-static int cell_at(const volatile void *p) {
+static int cell_at(const volatile void *p)
+{
     if (p == &deque.top)
         return TOP;
     if (p == &deque.bottom)
@@ -143,7 +144,8 @@ static int cell_at(const volatile void *p) {
     return -1;
 }
 
-static step_result perform(step s) {
+static step_result perform(step s)
+{
     if (s.cell < 0)
         return (step_result){0, false};
     if (position == replayed->steps) {
@@ -153,45 +155,54 @@ static step_result perform(step s) {
     return replayed->results[position++];
 }
 
-static uint64_t model_load_u64(const volatile void *p, int order) {
+static uint64_t model_load_u64(const volatile void *p, int order)
+{
     return perform((step){STEP_LOAD, cell_at(p), order, 0, 0}).value;
 }
 
-static int64_t model_load_i64(const volatile void *p, int order) {
+static int64_t model_load_i64(const volatile void *p, int order)
+{
     return (int64_t)model_load_u64(p, order);
 }
 
-static struct job_ring *model_load_ring(const volatile void *p, int order) {
+static struct job_ring *model_load_ring(const volatile void *p, int order)
+{
     return (struct job_ring *)(uintptr_t)model_load_u64(p, order);
 }
 
-static void model_store(const volatile void *p, uint64_t value, int order) {
+static void model_store(const volatile void *p, uint64_t value, int order)
+{
     perform((step){STEP_STORE, cell_at(p), order, value, 0});
 }
 
-static bool model_exchange(const volatile void *p, int64_t *expected, int64_t desired, int order) {
+static bool model_exchange(const volatile void *p, int64_t *expected, int64_t desired, int order)
+{
     step_result r = perform((step){STEP_EXCHANGE, cell_at(p), order, (uint64_t)desired, (uint64_t)*expected});
     *expected = (int64_t)r.value;
     return r.ok;
 }
 
-static void *model_malloc(size_t size) {
+static void *model_malloc(size_t size)
+{
     assert_true(rings_made < 2 && size <= sizeof ring_memory[0]);
     return ring_memory[rings_made++];
 }
 
 /* ---- programs: p push, t take, s steal ---- */
 
-static job numbered(uint64_t number) {
+static job numbered(uint64_t number)
+{
     return (job){.fn = (kd_job_fn *)(uintptr_t)number, .range = ~number};
 }
 
-static void note_taken(const job *j) {
+static void note_taken(const job *j)
+{
     uint64_t number = (uint64_t)(uintptr_t)j->fn;
     taken[taken_count++] = number == ~j->range ? number : 0; /* 0: torn, or never written */
 }
 
-static void run_program(const char *program) {
+static void run_program(const char *program)
+{
     uint64_t pushed = 0;
     for (const char *p = program; *p; p++) {
         job j;
@@ -209,7 +220,8 @@ static void run_program(const char *program) {
 }
 
 /* Run thread t up to its next access. False when it has ended; what it took is added to `taken`. */
-static bool find_step(const model_state *s, int t, step *next) {
+static bool find_step(const model_state *s, int t, step *next)
+{
     replayed = &s->threads[t];
     position = 0;
     rings_made = 1;
@@ -226,31 +238,37 @@ static bool find_step(const model_state *s, int t, step *next) {
 
 /* ---- the memory model ---- */
 
-static bool is_consistent(const step *s) {
+static bool is_consistent(const step *s)
+{
     return s->order == memory_order_seq_cst && spoilt != FLAW_NOT_CONSISTENT;
 }
 
-static bool acquires(const step *s) {
+static bool acquires(const step *s)
+{
     return s->order != memory_order_relaxed && s->order != memory_order_release &&
            !(spoilt == FLAW_RING_NOT_ACQUIRED && s->cell == RING);
 }
 
-static bool releases(const step *s) {
+static bool releases(const step *s)
+{
     return s->order != memory_order_relaxed && s->order != memory_order_acquire && spoilt != FLAW_NO_RELEASE;
 }
 
-static void join(view *a, const view *b) {
+static void join(view *a, const view *b)
+{
     for (int i = 0; i < CELLS; i++)
         a->at[i] = a->at[i] > b->at[i] ? a->at[i] : b->at[i];
 }
 
-static void finish_step(thread_state *t, uint64_t value, bool ok) {
+static void finish_step(thread_state *t, uint64_t value, bool ok)
+{
     assert_true(t->steps < MAX_STEPS);
     t->results[t->steps++] = (step_result){value, ok};
 }
 
 /* Read write number `at`. */
-static void do_load(model_state *s, int thread, const step *a, uint8_t at, bool ordered) {
+static void do_load(model_state *s, int thread, const step *a, uint8_t at, bool ordered)
+{
     thread_state *t = &s->threads[thread];
     const cell_write *w = &s->writes[a->cell][at];
     t->seen.at[a->cell] = at;
@@ -261,7 +279,8 @@ static void do_load(model_state *s, int thread, const step *a, uint8_t at, bool 
     finish_step(t, w->value, false);
 }
 
-static void do_write(model_state *s, int thread, const step *a, const view *inherited) {
+static void do_write(model_state *s, int thread, const step *a, const view *inherited)
+{
     thread_state *t = &s->threads[thread];
     uint8_t at = s->count[a->cell]++;
     cell_write *w = &s->writes[a->cell][at];
@@ -278,7 +297,8 @@ static void do_write(model_state *s, int thread, const step *a, const view *inhe
 
 /* ---- exploring ---- */
 
-static uint64_t hash_state(const model_state *s) {
+static uint64_t hash_state(const model_state *s)
+{
     const unsigned char *bytes = (const unsigned char *)s;
     uint64_t h = 1469598103934665603u, word;
     for (size_t i = 0; i + 8 <= sizeof *s; i += 8) {
@@ -290,7 +310,8 @@ static uint64_t hash_state(const model_state *s) {
 }
 
 /* False when the state was explored before. */
-static bool enter(const model_state *s) {
+static bool enter(const model_state *s)
+{
     uint64_t h = hash_state(s), mask = ((uint64_t)1 << SEEN_BITS) - 1;
     for (uint64_t i = h >> 20;; i++) {
         if (seen_states[i & mask] == h)
@@ -304,7 +325,8 @@ static bool enter(const model_state *s) {
 }
 
 /* All threads have ended: every job was taken once, or is still there. */
-static void check_end(const model_state *s) {
+static void check_end(const model_state *s)
+{
     uint32_t pushed = 0, count[MAX_JOBS + 1] = {0};
     for (const char *p = programs[0]; *p; p++)
         pushed += *p == 'p';
@@ -324,7 +346,8 @@ static void check_end(const model_state *s) {
 
 static void explore(const model_state *s);
 
-static void explore_load(const model_state *s, int t, const step *a, bool failed_exchange) {
+static void explore_load(const model_state *s, int t, const step *a, bool failed_exchange)
+{
     uint8_t from = s->threads[t].seen.at[a->cell];
     bool ordered = !failed_exchange;
     if (ordered && is_consistent(a) && s->consistent.at[a->cell] > from)
@@ -338,7 +361,8 @@ static void explore_load(const model_state *s, int t, const step *a, bool failed
     }
 }
 
-static void explore_exchange(const model_state *s, int t, const step *a) {
+static void explore_exchange(const model_state *s, int t, const step *a)
+{
     uint8_t last = (uint8_t)(s->count[a->cell] - 1);
     if (s->writes[a->cell][last].value == a->expected) {
         model_state next = *s;
@@ -354,7 +378,8 @@ static void explore_exchange(const model_state *s, int t, const step *a) {
     explore_load(s, t, a, true);
 }
 
-static void explore_step(const model_state *s, int t, const step *a) {
+static void explore_step(const model_state *s, int t, const step *a)
+{
     if (a->kind == STEP_LOAD) {
         explore_load(s, t, a, false);
     } else if (a->kind == STEP_EXCHANGE) {
@@ -368,11 +393,13 @@ static void explore_step(const model_state *s, int t, const step *a) {
 }
 
 /* The owner reading what it alone writes: no other thread's step makes a difference. */
-static bool is_private(int t, const step *a) {
+static bool is_private(int t, const step *a)
+{
     return t == 0 && a->kind == STEP_LOAD && (a->cell == BOTTOM || a->cell == RING);
 }
 
-static void explore(const model_state *s) {
+static void explore(const model_state *s)
+{
     step next[THREADS];
     bool runs[THREADS], any = false;
     if (!enter(s))
@@ -394,7 +421,8 @@ static void explore(const model_state *s) {
 }
 
 /* Explore all executions of an owner and up to two thieves. Returns how many ended wrong. */
-static uint32_t run_model(const char *owner, const char *thief, const char *second, flaw f) {
+static uint32_t run_model(const char *owner, const char *thief, const char *second, flaw f)
+{
     static model_state start;
     memset(&start, 0, sizeof start);
     memset(seen_states, 0, sizeof *seen_states << SEEN_BITS);
@@ -412,7 +440,8 @@ static uint32_t run_model(const char *owner, const char *thief, const char *seco
     return errors;
 }
 
-static void each_job_is_taken_once_in_every_execution(void **state) {
+static void each_job_is_taken_once_in_every_execution(void **state)
+{
     static const char *const rows[][3] = {
         {"pt", "s", ""},                            /* the last job, wanted by two */
         {"ppt", "ss", ""},                          /* the owner's job may be the thief's second */
@@ -433,26 +462,30 @@ static void each_job_is_taken_once_in_every_execution(void **state) {
     }
 }
 
-static void weaker_orders_are_caught(void **state) {
+static void weaker_orders_are_caught(void **state)
+{
     (void)state;
     assert_int_not_equal(run_model("ppt", "ss", "", FLAW_NOT_CONSISTENT), 0);
     assert_int_not_equal(run_model("p", "s", "", FLAW_NO_RELEASE), 0);
     assert_int_not_equal(run_model("ppp", "s", "", FLAW_RING_NOT_ACQUIRED), 0);
 }
 
-static int make_seen(void **state) {
+static int make_seen(void **state)
+{
     (void)state;
     seen_states = calloc((size_t)1 << SEEN_BITS, sizeof *seen_states);
     return seen_states ? 0 : -1;
 }
 
-static int free_seen(void **state) {
+static int free_seen(void **state)
+{
     (void)state;
     free(seen_states);
     return 0;
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_job_is_taken_once_in_every_execution),
         cmocka_unit_test(weaker_orders_are_caught),

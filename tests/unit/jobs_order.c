@@ -27,11 +27,13 @@ static const uint32_t thread_counts[] = {1, 2, 4};
         for (kd_jobs *jobs = kd_jobs_make(thread_counts[pool_index]); jobs;                                  \
              kd_jobs_destroy(jobs), jobs = NULL)
 
-static void sleep_us(long us) {
+static void sleep_us(long us)
+{
     nanosleep(&(struct timespec){.tv_nsec = us * 1000}, NULL);
 }
 
-static void increment(void *user, uint32_t worker) {
+static void increment(void *user, uint32_t worker)
+{
     (void)worker;
     atomic_fetch_add((atomic_int *)user, 1);
 }
@@ -43,16 +45,19 @@ typedef struct stage {
     int expected, wrong;
 } stage;
 
-static void check_stage(void *user, uint32_t worker) {
+static void check_stage(void *user, uint32_t worker)
+{
     (void)worker;
     stage *s = user;
     s->wrong += atomic_load(s->before) != s->expected;
     atomic_fetch_add(&s->begun, 1);
 }
 
-static void jobs_run_after_the_counter_they_follow(void **state) {
+static void jobs_run_after_the_counter_they_follow(void **state)
+{
     (void)state;
-    FOR_EACH_POOL(jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         for (int round = 0; round < 200; round++) {
             atomic_int ran = 0;
             kd_job_counter first = {0}, second = {0}, third = {0};
@@ -69,9 +74,11 @@ static void jobs_run_after_the_counter_they_follow(void **state) {
     }
 }
 
-static void many_jobs_may_follow_one_counter(void **state) {
+static void many_jobs_may_follow_one_counter(void **state)
+{
     (void)state;
-    FOR_EACH_POOL(jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         atomic_int ran = 0;
         kd_job_counter gate = {.pending = 1}, done = {0};
         for (int i = 0; i < 1000; i++)
@@ -85,9 +92,11 @@ static void many_jobs_may_follow_one_counter(void **state) {
     }
 }
 
-static void a_counter_at_zero_lets_jobs_go_at_once(void **state) {
+static void a_counter_at_zero_lets_jobs_go_at_once(void **state)
+{
     (void)state;
-    FOR_EACH_POOL(jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         atomic_int ran = 0;
         kd_job_counter zero = {0}, done = {0};
         kd_jobs_run_after(jobs, &zero, increment, &ran, &done);
@@ -103,7 +112,8 @@ typedef struct relay {
 } relay;
 
 /* A frame of its own counter each hop: the counter dies with the job while the next one hangs in its list. */
-static void hop(void *user, uint32_t worker) {
+static void hop(void *user, uint32_t worker)
+{
     relay *r = user;
     (void)worker;
     if (atomic_fetch_sub(&r->left, 1) <= 1)
@@ -113,9 +123,11 @@ static void hop(void *user, uint32_t worker) {
     kd_jobs_lower(r->jobs, &local, 1);
 }
 
-static void counters_may_die_as_soon_as_they_are_zero(void **state) {
+static void counters_may_die_as_soon_as_they_are_zero(void **state)
+{
     (void)state;
-    FOR_EACH_POOL(jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         kd_job_counter done = {0};
         relay r = {.jobs = jobs, .done = &done, .left = 20000};
         kd_jobs_run(jobs, hop, &r, &done);
@@ -132,19 +144,22 @@ typedef struct diary {
     int length;
 } diary;
 
-static void write_plain(void *user, uint32_t worker) {
+static void write_plain(void *user, uint32_t worker)
+{
     (void)worker;
     diary *d = user;
     d->text[d->length++] = 'p';
 }
 
-static void write_first(void *user, uint32_t worker) {
+static void write_first(void *user, uint32_t worker)
+{
     (void)worker;
     diary *d = user;
     d->text[d->length++] = 'f';
 }
 
-static void submit_mixed(void *user, uint32_t worker) {
+static void submit_mixed(void *user, uint32_t worker)
+{
     (void)worker;
     diary *d = user;
     for (int i = 0; i < 3; i++)
@@ -153,7 +168,8 @@ static void submit_mixed(void *user, uint32_t worker) {
     kd_jobs_run_first(d->jobs, write_first, d, NULL);
 }
 
-static void first_jobs_overtake_all_that_wait(void **state) {
+static void first_jobs_overtake_all_that_wait(void **state)
+{
     (void)state;
     kd_jobs *jobs = kd_jobs_make(1);
     diary d = {.jobs = jobs};
@@ -162,9 +178,11 @@ static void first_jobs_overtake_all_that_wait(void **state) {
     kd_jobs_destroy(jobs);
 }
 
-static void first_jobs_all_run(void **state) {
+static void first_jobs_all_run(void **state)
+{
     (void)state;
-    FOR_EACH_POOL(jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         atomic_int ran = 0;
         kd_job_counter counter = {0};
         for (int i = 0; i < 1000; i++)
@@ -192,7 +210,8 @@ typedef struct checked_graph {
     uint32_t lane_every;
 } checked_graph;
 
-static void run_checked(void *user, uint32_t worker) {
+static void run_checked(void *user, uint32_t worker)
+{
     checked_node *n = user;
     checked_graph *g = n->graph;
     for (uint32_t i = 0; i < g->before_count[n->index]; i++)
@@ -203,14 +222,16 @@ static void run_checked(void *user, uint32_t worker) {
     atomic_fetch_add(&n->ran, 1);
 }
 
-static uint32_t next_random(uint32_t *s) {
+static uint32_t next_random(uint32_t *s)
+{
     *s ^= *s << 13;
     *s ^= *s >> 17;
     *s ^= *s << 5;
     return *s;
 }
 
-static void build_random(kd_job_graph *g, checked_graph *c, uint32_t seed) {
+static void build_random(kd_job_graph *g, checked_graph *c, uint32_t seed)
+{
     memset(c, 0, sizeof *c);
     c->lane_every = 7;
     kd_job_graph_clear(g);
@@ -229,10 +250,12 @@ static void build_random(kd_job_graph *g, checked_graph *c, uint32_t seed) {
     }
 }
 
-static void graphs_keep_their_order(void **state) {
+static void graphs_keep_their_order(void **state)
+{
     (void)state;
     static checked_graph c;
-    FOR_EACH_POOL(jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         kd_job_graph *g = kd_job_graph_make(jobs);
         for (uint32_t seed = 1; seed <= 40; seed++) {
             build_random(g, &c, seed);
@@ -249,12 +272,14 @@ static void graphs_keep_their_order(void **state) {
     }
 }
 
-static void ignore(void *user, kd_log_level level, const char *text) {
+static void ignore(void *user, kd_log_level level, const char *text)
+{
     (void)level;
     snprintf(user, 256, "%s", text);
 }
 
-static void a_circle_is_refused_and_nothing_runs(void **state) {
+static void a_circle_is_refused_and_nothing_runs(void **state)
+{
     (void)state;
     char said[256] = "";
     kd_jobs *jobs = kd_jobs_make(2);
@@ -277,7 +302,8 @@ static void a_circle_is_refused_and_nothing_runs(void **state) {
 }
 
 /* An edge from it, an edge to it, a place for it, and an edge to a node that comes only later. */
-static void a_node_that_is_not_there_is_refused_and_nothing_runs(void **state) {
+static void a_node_that_is_not_there_is_refused_and_nothing_runs(void **state)
+{
     (void)state;
     kd_jobs *jobs = kd_jobs_make(2);
     kd_job_graph *g = kd_job_graph_make(jobs);
@@ -312,7 +338,8 @@ static void a_node_that_is_not_there_is_refused_and_nothing_runs(void **state) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 /* Every malloc and realloc of the process shows in the heap's bytes in use, as long as nothing is freed in
  * between: the counts before and after a frame are equal, and so is the highest count. */
-static void rebuilding_a_graph_allocates_nothing(void **state) {
+static void rebuilding_a_graph_allocates_nothing(void **state)
+{
     (void)state;
     static checked_graph c;
     kd_jobs *jobs = kd_jobs_make(2);
@@ -344,12 +371,14 @@ typedef struct outsider {
     atomic_bool left;
 } outsider;
 
-static void count_range(void *user, uint32_t begin, uint32_t end, uint32_t worker) {
+static void count_range(void *user, uint32_t begin, uint32_t end, uint32_t worker)
+{
     (void)worker;
     atomic_fetch_add((atomic_int *)user, (int)(end - begin));
 }
 
-static void *submit_from_outside(void *user) {
+static void *submit_from_outside(void *user)
+{
     outsider *o = user;
     atomic_int own = 0;
     for (int round = 0; round < 50; round++) {
@@ -369,9 +398,11 @@ static void *submit_from_outside(void *user) {
     return NULL;
 }
 
-static void foreign_threads_may_submit_and_wait(void **state) {
+static void foreign_threads_may_submit_and_wait(void **state)
+{
     (void)state;
-    FOR_EACH_POOL(jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         atomic_int ran = 0;
         outsider outsiders[3];
         pthread_t threads[3];
@@ -401,7 +432,8 @@ static void foreign_threads_may_submit_and_wait(void **state) {
 #if !defined(__SANITIZE_THREAD__) /* it runs a thread of its own */
 
 /* The state letter of every thread but ours: true when all sleep. */
-static bool others_sleep(void) {
+static bool others_sleep(void)
+{
     DIR *tasks = opendir("/proc/self/task");
     bool asleep = tasks != NULL;
     for (struct dirent *entry; tasks && (entry = readdir(tasks));) {
@@ -420,7 +452,8 @@ static bool others_sleep(void) {
     return asleep;
 }
 
-static void idle_workers_fall_asleep(void **state) {
+static void idle_workers_fall_asleep(void **state)
+{
     (void)state;
     kd_jobs *jobs = kd_jobs_make(4);
     atomic_int ran = 0;
@@ -438,7 +471,8 @@ static void idle_workers_fall_asleep(void **state) {
 }
 #endif
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(jobs_run_after_the_counter_they_follow),
         cmocka_unit_test(many_jobs_may_follow_one_counter),

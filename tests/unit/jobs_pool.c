@@ -33,7 +33,8 @@ static void increment(void *user, uint32_t worker)
 static void make_counts_the_calling_thread(void **state)
 {
     (void)state;
-    FOR_EACH_POOL (jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         assert_int_equal(kd_jobs_threads(jobs), thread_counts[pool_index]);
         assert_int_equal(kd_jobs_worker(jobs), 0);
     }
@@ -46,7 +47,8 @@ static void make_counts_the_calling_thread(void **state)
 static void wait_returns_when_all_jobs_ran_once(void **state)
 {
     (void)state;
-    FOR_EACH_POOL (jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         atomic_int ran = 0;
         kd_job_counter counter = {0};
         for (int i = 0; i < 5000; i++) /* more than a ring holds at first */
@@ -65,7 +67,8 @@ static void run_n_runs_each_user_once(void **state)
     static void *users[N];
     for (int i = 0; i < N; i++)
         users[i] = &ran[i];
-    FOR_EACH_POOL (jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         memset(ran, 0, sizeof ran);
         kd_job_counter counter = {0};
         kd_jobs_run_n(jobs, increment, users, N, &counter);
@@ -107,7 +110,8 @@ static void hop(void *user, uint32_t worker)
 static void chain_of_jobs_does_not_nest(void **state)
 {
     (void)state;
-    FOR_EACH_POOL (jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         chain c = {.jobs = jobs, .left = 1000000};
         kd_jobs_run(jobs, hop, &c, &c.counter);
         kd_jobs_wait(jobs, &c.counter);
@@ -139,7 +143,8 @@ static void grow(void *user, uint32_t worker)
 static void nested_waits_help(void **state)
 {
     (void)state;
-    FOR_EACH_POOL (jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         tree root = {.jobs = jobs, .depth = 12};
         kd_job_counter counter = {0};
         kd_jobs_run(jobs, grow, &root, &counter);
@@ -168,7 +173,8 @@ static void parallel_for_covers_every_index_once(void **state)
 {
     (void)state;
     static const uint32_t counts[] = {0, 1, 2, 7, 100, 4096, 100003}, grains[] = {0, 1, 3, 1000, 200000};
-    FOR_EACH_POOL (jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         for (size_t c = 0; c < 7; c++)
             for (size_t g = 0; g < 5; g++) {
                 range_check check = {
@@ -282,7 +288,8 @@ static void submit_all_to_lane(void *user, uint32_t worker)
 static void lane_runs_in_order_on_worker_0_one_at_a_time(void **state)
 {
     (void)state;
-    FOR_EACH_POOL (jobs) {
+    FOR_EACH_POOL(jobs)
+    {
         static lane_log log;
         log = (lane_log){.jobs = jobs};
         kd_job_counter counter = {0};
