@@ -78,7 +78,8 @@ struct subdiv {
     std::vector<int> corner_edges, edge_vertices;
     std::vector<uint8_t> edge_sharp, vertex_sharp, face_hole;
     subdiv_topology topology = {};
-    std::unique_ptr<const Far::LimitStencilTable> tables[2]; /* of vertices, of texture coordinates */
+    std::unique_ptr<const Far::LimitStencilTableReal<float>>
+        tables[2]; /* of vertices, of texture coordinates */
     std::vector<uint32_t> first[2];
 };
 
@@ -123,7 +124,7 @@ struct grid {
 /* Ptex numbers count every face's patches, those of holes too. */
 void make_table(subdiv &s, int level, bool uv)
 {
-    using factory = Far::LimitStencilTableFactory;
+    using factory = Far::LimitStencilTableFactoryReal<float>;
     const grid whole(1 << level, s.cage.loop), half(1 << (level - 1), false);
     factory::LocationArrayVec places;
     int ptex = 0;
@@ -147,7 +148,7 @@ void make_table(subdiv &s, int level, bool uv)
 
 void read_rows(subdiv &s, bool uv, subdiv_rows &out)
 {
-    const Far::LimitStencilTable &t = *s.tables[uv];
+    const Far::LimitStencilTableReal<float> &t = *s.tables[uv];
     const auto &sizes = t.GetSizes();
     std::vector<uint32_t> &first = s.first[uv];
     first.assign(1, 0);
