@@ -135,8 +135,8 @@ static void endless_coroutines_are_stopped(void **state)
         "for i = 1, 1e9 do kandil.tween(print, 1e6) end",
         "local function f() kandil.run(f) end f()",
         /* each resumption alone is short, all of a step together are not */
-        "for i = 1, 20000 do kandil.run(function() while true do kandil.wait() for k = 1, 150 do end end "
-        "end) end",
+        ("for i = 1, 20000 do kandil.run(function() while true do kandil.wait() for k = 1, 150 do end end "
+         "end) end"),
     };
     for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
         expect_failure(scripts[i], 3, "scene.lua");
