@@ -29,9 +29,8 @@ typedef struct kd_svo {
     uint32_t sum_capacity, dynamic_capacity; /* cells */
     uint32_t dynamic_room;                   /* dynamic cells that are in use; ranks beyond have no cell */
     bool failed;                             /* no memory for it: there is no indirect light */
-    bool touched_only;           /* lights are as they were: leaves of touched parents alone may change */
-    uint32_t current;            /* which of the two level masks is this frame's */
-    struct kd_svo_places places; /* in the book */
+    uint32_t current;                        /* which of the two level masks is this frame's */
+    struct kd_svo_places places;             /* in the book */
 
     kd_gpu_buffer uniform;          /* "tree.uniform": kd_tree_params */
     kd_gpu_buffer masks;            /* "svo.masks": leaf cells, static layer then dynamic layer */

@@ -36,3 +36,10 @@ void kd_tree_bind(kd_gpu *gpu, const kd_tree *tree)
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_LEAVES, tree->leaves);
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_DATA, tree->data);
 }
+
+float kd_tree_cone_length(const kd_tree *tree, const kd_settings *settings)
+{
+    if (settings->cones_max_distance > 0)
+        return settings->cones_max_distance;
+    return tree->span_m[tree->cascade_count - 1] * (float)tree->resolution * 1.7320508f;
+}

@@ -2,6 +2,7 @@
 #define KD_COMPONENTS_TREE_ACCESS_H
 
 #include "components/render_targets.h"
+#include "runtime/core/settings.h"
 
 /* A program that samples the octree (shaders/include/tree.glsl): compiled for a number of sparse levels, so
  * that its descents have a fixed length. */
@@ -16,5 +17,8 @@ bool kd_tree_fit_program(kd_gpu *gpu, const kd_tree *tree, const char *path, kd_
 
 /** Bind the tree's uniform block and textures to KD_BIND_TREE and KD_UNIT_TREE_*. Threading: GPU lane */
 void kd_tree_bind(kd_gpu *gpu, const kd_tree *tree);
+
+/** Largest distance [m] that cones go: `cones.max_distance`, or the diagonal of the outermost cascade. */
+float kd_tree_cone_length(const kd_tree *tree, const kd_settings *settings);
 
 #endif

@@ -37,6 +37,29 @@ static inline kd_mat4 kd_mat4_mul(const kd_mat4 *a, const kd_mat4 *b)
     return out;
 }
 
+/** Of unit length; no rotation when q has none. */
+static inline kd_quat kd_quat_normalize(kd_quat q)
+{
+    float length = sqrtf(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+    return length > 0 ? (kd_quat){q.x / length, q.y / length, q.z / length, q.w / length}
+                      : (kd_quat){0, 0, 0, 1};
+}
+/** Rotation a share t of the way from a to b, the short way round (Shoemake 1985). */
+static inline kd_quat kd_quat_slerp(kd_quat a, kd_quat b, float t)
+{
+    float cosine = a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w, sign = cosine < 0 ? -1.0f : 1.0f;
+    float wa = 1 - t, wb = t;
+    cosine *= sign;
+    if (cosine < 0.9995f) { /* nearer than that the chord is the arc, and the sine has too few digits */
+        float angle = acosf(cosine);
+        wa = sinf((1 - t) * angle) / sinf(angle);
+        wb = sinf(t * angle) / sinf(angle);
+    }
+    wb *= sign;
+    return kd_quat_normalize(
+        (kd_quat){wa * a.x + wb * b.x, wa * a.y + wb * b.y, wa * a.z + wb * b.z, wa * a.w + wb * b.w});
+}
+
 /** Compose translation * rotation * scale. */
 static inline kd_mat4 kd_mat4_from_trs(kd_vec3 t, kd_quat q, kd_vec3 s)
 {

@@ -391,6 +391,15 @@ bool ecs_table_reserve(kd_world *w, ecs_table *t, uint32_t rows);
 void ecs_table_note_places(kd_world *w, const ecs_table *t); /* the columns have moved */
 void ecs_tables_fini(kd_world *w);
 
+/* Raise, never lower: two threads may stamp one word, and most of the time it holds the value already. */
+static inline void ecs_raise_version(uint64_t *word, uint64_t version)
+{
+    uint64_t old = __atomic_load_n(word, __ATOMIC_RELAXED);
+    while (old < version &&
+           !__atomic_compare_exchange_n(word, &old, version, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+    }
+}
+
 /* rows.c */
 /** Give the entity a row at the end, which must have room; its values are not set. */
 uint32_t ecs_table_append(kd_world *w, ecs_table *t, kd_entity e);

@@ -108,11 +108,7 @@ bool ecs_needs_no_target(const kd_world *w, kd_component_id id)
 
 void ecs_relation_stamp(kd_world *w, ecs_relation *r)
 {
-    uint64_t version = atomic_load_explicit(&w->version, memory_order_relaxed);
-    uint64_t old = __atomic_load_n(&r->version, __ATOMIC_RELAXED);
-    while (old < version && !__atomic_compare_exchange_n(&r->version, &old, version, true, __ATOMIC_RELAXED,
-                                                         __ATOMIC_RELAXED)) {
-    }
+    ecs_raise_version(&r->version, atomic_load_explicit(&w->version, memory_order_relaxed));
 }
 
 static kd_status set_pair(kd_world *w, kd_component_id id, ecs_relation *r, kd_entity source, uint32_t item,

@@ -5,22 +5,13 @@
 #include "runtime/ecs/internal.h"
 
 /* ---- change versions ---- */
-/* Raise, never lower: two threads may stamp one word, and most of the time it holds the value already. */
-static inline void raise_version(uint64_t *word, uint64_t version)
-{
-    uint64_t old = __atomic_load_n(word, __ATOMIC_RELAXED);
-    while (old < version &&
-           !__atomic_compare_exchange_n(word, &old, version, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
-    }
-}
-
 void ecs_column_stamp(kd_world *w, ecs_table *t, uint32_t column, uint32_t row, uint32_t count)
 {
     uint64_t version = atomic_load_explicit(&w->version, memory_order_relaxed),
              *words = ecs_versions(t, column);
-    raise_version(&words[0], version);
+    ecs_raise_version(&words[0], version);
     for (uint32_t i = row / ECS_CHUNK_ROWS; i <= (row + count - 1) / ECS_CHUNK_ROWS; i++)
-        raise_version(&words[1 + i], version);
+        ecs_raise_version(&words[1 + i], version);
 }
 
 void ecs_table_stamp(kd_world *w, ecs_table *t, uint32_t row, uint32_t count)

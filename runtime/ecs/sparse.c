@@ -48,11 +48,7 @@ bool ecs_side_reserve(kd_world *w, kd_component_id id, uint32_t index, uint32_t 
 
 void ecs_side_stamp(kd_world *w, ecs_side *s)
 {
-    uint64_t version = atomic_load_explicit(&w->version, memory_order_relaxed);
-    uint64_t old = __atomic_load_n(&s->version, __ATOMIC_RELAXED);
-    while (old < version && !__atomic_compare_exchange_n(&s->version, &old, version, true, __ATOMIC_RELAXED,
-                                                         __ATOMIC_RELAXED)) {
-    }
+    ecs_raise_version(&s->version, atomic_load_explicit(&w->version, memory_order_relaxed));
 }
 
 /* ---- values ---- */

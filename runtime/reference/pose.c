@@ -8,19 +8,6 @@
 #include "systems/deform/deform_reference.h"
 #include "systems/scene/internal.h"
 
-static float float_of(uint32_t word)
-{
-    float f;
-    memcpy(&f, &word, sizeof f);
-    return f;
-}
-
-static float snorm(uint32_t word, int half)
-{
-    float f = (float)(int16_t)(uint16_t)(word >> (16 * half)) / 32767.0f;
-    return f < -1 ? -1 : f;
-}
-
 /* Targets that weigh something, as pairs of target and weight; their deltas one behind the other. */
 static bool pack_morphs(kd_arena *arena, const kd_primitive_desc *desc, const kd_morph_weights *weights,
                         deform_streams *streams, struct kd_deform_item *item)
@@ -69,9 +56,10 @@ static bool unpack(kd_arena *arena, const uint32_t *w, uint32_t count, reference
     if (!positions || !normals || !tangents)
         return false;
     for (uint32_t v = 0; v < count; v++, w += KD_GEOMETRY_WORDS) {
-        positions[v] = (kd_vec3){float_of(w[0]), float_of(w[1]), float_of(w[2])};
-        normals[v] = (kd_vec3){snorm(w[3], 0), snorm(w[3], 1), snorm(w[4], 0)};
-        tangents[v] = (kd_vec4){snorm(w[5], 0), snorm(w[5], 1), snorm(w[6], 0), snorm(w[6], 1)};
+        positions[v] = (kd_vec3){deform_float(w[0]), deform_float(w[1]), deform_float(w[2])};
+        normals[v] = (kd_vec3){deform_snorm(w[3], 0), deform_snorm(w[3], 1), deform_snorm(w[4], 0)};
+        tangents[v] = (kd_vec4){deform_snorm(w[5], 0), deform_snorm(w[5], 1), deform_snorm(w[6], 0),
+                                deform_snorm(w[6], 1)};
     }
     *out = (reference_pose){positions, normals, tangents};
     return true;

@@ -158,22 +158,6 @@ int script_ease_value(lua_State *L)
 
 /* ---- each step ---- */
 
-static kd_quat slerp(kd_quat a, kd_quat b, float t)
-{
-    float cosine = a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w, sign = cosine < 0 ? -1.0f : 1.0f;
-    float wa = 1 - t, wb = t;
-    cosine *= sign;
-    if (cosine < 0.9995f) { /* nearer than that the chord is the arc, and the sine has too few digits */
-        float angle = acosf(cosine);
-        wa = sinf((1 - t) * angle) / sinf(angle);
-        wb = sinf(t * angle) / sinf(angle);
-    }
-    wb *= sign;
-    kd_quat q = {wa * a.x + wb * b.x, wa * a.y + wb * b.y, wa * a.z + wb * b.z, wa * a.w + wb * b.w};
-    float length = sqrtf(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-    return length > 0 ? (kd_quat){q.x / length, q.y / length, q.z / length, q.w / length} : b;
-}
-
 /* Curves that swing out must not leave the field's range. */
 static float in_range(const kd_field *field, float value)
 {
@@ -208,7 +192,7 @@ static void step_field(kd_world *w, const script_tween *tween, double share)
         kd_quat q = script_rotation_from_deg((kd_vec3){now[0], now[1], now[2]});
         store(w, tween->entity, tween->component, field, &q, sizeof q);
     } else if (is_rotation(tween->access)) {
-        kd_quat q = slerp(quat_of(tween->from), quat_of(tween->to), s);
+        kd_quat q = kd_quat_slerp(quat_of(tween->from), quat_of(tween->to), s);
         store(w, tween->entity, tween->component, field, &q, sizeof q);
     } else {
         store(w, tween->entity, tween->component, field, now, tween->count * sizeof *now);

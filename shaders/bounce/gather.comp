@@ -5,8 +5,8 @@ layout(local_size_x = 64) in;
 #include "shaders/include/cone.glsl"
 #include "shaders/include/bounce.glsl"
 #include "shaders/include/morton.glsl"
-#define KD_ITEMS_ACCESS readonly
-#include "shaders/bounce/items.glsl"
+#include "shaders/include/work_list.glsl"
+#include "shaders/bounce/side_item.glsl"
 
 layout(std140, binding = KD_BIND_PASS) uniform pass_block { kd_bounce_params pass; };
 layout(std430, binding = 1) writeonly buffer bounce_block { uint entries[]; };
@@ -34,10 +34,10 @@ vec3 gather(vec3 origin, int side, float span, uint variant)
 
 void main()
 {
-    if (gl_GlobalInvocationID.x >= items_count)
+    if (gl_GlobalInvocationID.x >= work_count)
         return;
-    uint item = items[gl_GlobalInvocationID.x], code = item & 0x1FFFFFFFu, cascade = code >> (3 * KD_DENSE_LOG2);
-    int side = int(item >> 29);
+    uint item = work_items[gl_GlobalInvocationID.x], code = side_item_code(item), cascade = code >> (3 * KD_DENSE_LOG2);
+    int side = side_item_side(item);
     ivec3 cell = dense_unwrap(cascade, morton_decode(code & ((1u << (3 * KD_DENSE_LOG2)) - 1u)));
     ivec3 world_cell = bounce_world_cell(cascade, cell);
     float span = tree.cascade[cascade].w, edge = span * float(tree.info.y / KD_DENSE);

@@ -4,8 +4,8 @@ layout(local_size_x = 64) in;
 
 #include "shaders/include/bounce.glsl"
 #include "shaders/include/morton.glsl"
-#define KD_ITEMS_ACCESS
-#include "shaders/bounce/items.glsl"
+#include "shaders/include/work_list_fill.glsl"
+#include "shaders/bounce/side_item.glsl"
 
 layout(std140, binding = KD_BIND_PASS) uniform pass_block { kd_bounce_params pass; };
 layout(std430, binding = 1) buffer bounce_block { uint entries[]; };
@@ -28,12 +28,7 @@ void list_sides(uint code, uint cascade, ivec3 wrapped, uint at)
             entries[at + uint(side)] = 0u;
             continue;
         }
-        uint i = atomicAdd(items_count, 1u);
-        if (i >= pass.work.z)
-            continue;
-        if (i % 64u == 0u)
-            atomicAdd(items_args[0], 1u);
-        items[i] = code | uint(side) << 29;
+        work_add(side_item(code, side));
     }
 }
 

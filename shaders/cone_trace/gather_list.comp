@@ -2,10 +2,11 @@
 layout(local_size_x = 64) in;
 
 #include "shaders/cone_trace/trace.glsl"
-#include "shaders/cone_trace/list.glsl"
+#include "shaders/include/work_list.glsl"
+#include "shaders/cone_trace/listed_pixel.glsl"
 
 void main()
 {
-    if (gl_GlobalInvocationID.x < refine_count)
-        trace_pixel(refine_item(gl_GlobalInvocationID.x), int(gather.size.z));
+    if (gl_GlobalInvocationID.x < work_count)
+        trace_pixel(listed_pixel(gl_GlobalInvocationID.x), int(gather.size.z));
 }

@@ -2,9 +2,9 @@
 // at edges, where light changes quickly, and on glossy surfaces, whose reflections are traced.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-#define KD_LIST_ACCESS
 #include "shaders/cone_trace/traced.glsl"
-#include "shaders/cone_trace/list.glsl"
+#include "shaders/include/work_list_fill.glsl"
+#include "shaders/cone_trace/listed_pixel.glsl"
 #include "shaders/include/color.glsl"
 
 layout(binding = 2, rgba16f) writeonly uniform image2D diffuse_smooth_out;
@@ -12,14 +12,6 @@ layout(binding = 3, rgba16f) writeonly uniform image2D specular_smooth_out;
 
 // Least share of the interpolation's weight that must lie on the pixel's own surface.
 const float LEAST_SHARE = 0.6;
-
-void list_pixel(ivec2 at)
-{
-    uint i = atomicAdd(refine_count, 1u);
-    if (i % 64u == 0u)
-        atomicAdd(refine_args[0], 1u);
-    refine_pixels[i] = uint(at.x) | uint(at.y) << 16;
-}
 
 void main()
 {
@@ -53,7 +45,7 @@ void main()
             brightest = max(brightest, mix(0.0, light, float(belongs > 0.1)));
         }
         if (glossy || weight < LEAST_SHARE * all_weight || brightest - darkest > gather.refine.x * brightest) {
-            list_pixel(at);
+            work_add(pixel_item(at));
             return;
         }
         diffuse = sum / weight;

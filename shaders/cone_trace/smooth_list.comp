@@ -2,10 +2,11 @@
 layout(local_size_x = 64) in;
 
 #include "shaders/cone_trace/smooth.glsl"
-#include "shaders/cone_trace/list.glsl"
+#include "shaders/include/work_list.glsl"
+#include "shaders/cone_trace/listed_pixel.glsl"
 
 void main()
 {
-    if (gl_GlobalInvocationID.x < refine_count)
-        smooth_pixel(refine_item(gl_GlobalInvocationID.x));
+    if (gl_GlobalInvocationID.x < work_count)
+        smooth_pixel(listed_pixel(gl_GlobalInvocationID.x));
 }

@@ -13,7 +13,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/lights.glsl"
 #include "shaders/include/bounce.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells, w: 1 when only touched parents are lit; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
 layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };         // static, then dynamic layer
 layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };         // of the dynamic layer
 layout(std430, binding = 3) readonly buffer surface_block { uvec2 surface[]; };    // of static cells, beside their leaves
@@ -111,11 +111,10 @@ uvec2 leaf_of(uint slot, uint code)
 
 void main()
 {
-    uint entry = linear_index() >> 3, k = linear_index() & 7u;
-    if (entry >= min(counters[pass.w != 0u ? KD_COUNT_TOUCHED : KD_COUNT_HIGH], places.size.x))
+    uint parent = linear_index() >> 3, k = linear_index() & 7u;
+    if (parent >= min(counters[KD_COUNT_HIGH], places.size.x))
         return;
-    uint parent = pass.w != 0u ? book[places.others.w + entry] : entry;
-    uint code = parent == KD_EMPTY ? KD_EMPTY : book[places.codes[pass.x] + parent];
+    uint code = book[places.codes[pass.x] + parent];
     if (code == KD_EMPTY)
         return;
     uint slot = parent * 8u + k;

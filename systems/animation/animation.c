@@ -87,7 +87,7 @@ static void blend(node_pose *to, const node_pose *from, uint32_t count, float fr
         if (!to[i].moves || from_weight <= 0)
             continue;
         to[i].pose.position = mix(to[i].pose.position, from[i].pose.position, from_weight);
-        to[i].pose.rotation = animation_slerp(to[i].pose.rotation, from[i].pose.rotation, from_weight);
+        to[i].pose.rotation = kd_quat_slerp(to[i].pose.rotation, from[i].pose.rotation, from_weight);
         to[i].pose.scale = mix(to[i].pose.scale, from[i].pose.scale, from_weight);
     }
 }
@@ -114,7 +114,7 @@ static void lay_over(const player *p, uint32_t layer, const kd_clip_desc *clip)
         if (from[i].moves & MOVES_POSITION)
             to->pose.position = mix(to->pose.position, from[i].pose.position, weight);
         if (from[i].moves & MOVES_ROTATION)
-            to->pose.rotation = animation_slerp(to->pose.rotation, from[i].pose.rotation, weight);
+            to->pose.rotation = kd_quat_slerp(to->pose.rotation, from[i].pose.rotation, weight);
         if (from[i].moves & MOVES_SCALE)
             to->pose.scale = mix(to->pose.scale, from[i].pose.scale, weight);
         to->moves |= from[i].moves;

@@ -17,30 +17,6 @@ float animation_wrap(double time_s, float duration_s, bool loop)
     return wrapped < duration_s ? wrapped : 0; /* rounding may have reached the end, which is the start */
 }
 
-static kd_quat quat_normalize(kd_quat q)
-{
-    float length = sqrtf(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-    if (!(length > 0))
-        return (kd_quat){0, 0, 0, 1};
-    return (kd_quat){q.x / length, q.y / length, q.z / length, q.w / length};
-}
-
-kd_quat animation_slerp(kd_quat a, kd_quat b, float t)
-{
-    float cosine = a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w;
-    float sign = cosine < 0 ? -1.0f : 1.0f;
-    float wa = 1 - t, wb = t;
-    cosine *= sign;
-    if (cosine < 0.9995f) { /* nearer than that the chord is the arc, and the sine has too few digits */
-        float angle = acosf(cosine);
-        wa = sinf((1 - t) * angle) / sinf(angle);
-        wb = sinf(t * angle) / sinf(angle);
-    }
-    wb *= sign;
-    return quat_normalize(
-        (kd_quat){wa * a.x + wb * b.x, wa * a.y + wb * b.y, wa * a.z + wb * b.z, wa * a.w + wb * b.w});
-}
-
 /* The last key at or before the time, by bisection; the caller has excluded times outside the keys. */
 static uint32_t key_before(const kd_channel_desc *channel, float time_s)
 {
@@ -77,7 +53,7 @@ static void sample_linear(const kd_channel_desc *channel, uint32_t key, float u,
 {
     const float *a = key_value(channel, key), *b = key_value(channel, key + 1);
     if (channel->path == KD_PATH_ROTATION)
-        put_quat(out, animation_slerp(quat_from(a), quat_from(b), u));
+        put_quat(out, kd_quat_slerp(quat_from(a), quat_from(b), u));
     else
         for (uint32_t i = 0; i < count; i++)
             out[i] = a[i] + (b[i] - a[i]) * u;
@@ -93,14 +69,14 @@ static void sample_cubic(const kd_channel_desc *channel, uint32_t key, float u, 
         out[i] = (2 * u3 - 3 * u2 + 1) * a[i] + (u3 - 2 * u2 + u) * interval_s * leaving[i] +
                  (3 * u2 - 2 * u3) * b[i] + (u3 - u2) * interval_s * arriving[i];
     if (channel->path == KD_PATH_ROTATION)
-        put_quat(out, quat_normalize(quat_from(out)));
+        put_quat(out, kd_quat_normalize(quat_from(out)));
 }
 
 static void hold(const kd_channel_desc *channel, uint32_t key, float *out, uint32_t count)
 {
     memcpy(out, key_value(channel, key), count * sizeof *out);
     if (channel->path == KD_PATH_ROTATION)
-        put_quat(out, quat_normalize(quat_from(out)));
+        put_quat(out, kd_quat_normalize(quat_from(out)));
 }
 
 void animation_sample(const kd_channel_desc *channel, float time_s, float *out, uint32_t limit)

@@ -11,9 +11,6 @@
  */
 void animation_sample(const kd_channel_desc *channel, float time_s, float *out, uint32_t limit);
 
-/** Interpolate between unit quaternions the short way, at constant angular speed. */
-kd_quat animation_slerp(kd_quat a, kd_quat b, float t);
-
 /** Bring a time into the clip: round and round when it loops, else held at the ends.
  *
  *  Returns [0, duration) when looping, else [0, duration]; 0 for times that are not numbers

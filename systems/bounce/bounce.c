@@ -11,6 +11,7 @@
 #include "components/render_targets.h"
 #include "components/svo.h"
 #include "components/tree_access.h"
+#include "runtime/gpu/work_list.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/bounce.h"
 
@@ -20,11 +21,8 @@ static const uint32_t TURNS = 4;
 typedef struct bounce_state {
     kd_tree_program gather;
     kd_gpu_program select;
-    kd_gpu_buffer items; /* shaders/bounce/items.glsl */
+    kd_gpu_buffer items; /* shaders/bounce/side_item.glsl */
 } bounce_state;
-
-static const size_t ITEMS_HEAD = 4 * sizeof(uint32_t);
-static const uint32_t MOST_ITEMS = 65535 * 64; /* of one dispatch, everywhere */
 
 static bool keeps_entries(const kd_frame *frame)
 {
@@ -71,20 +69,17 @@ static bool keeps(kd_system_context *context)
 static uint32_t room_for_items(const kd_svo *svo)
 {
     uint64_t sides = 6 * (uint64_t)svo->node_capacity;
-    return sides < MOST_ITEMS ? (uint32_t)sides : MOST_ITEMS;
+    return sides < KD_WORK_LIST_MOST ? (uint32_t)sides : KD_WORK_LIST_MOST;
 }
 
 static struct kd_bounce_params params_of(const kd_settings *s, const kd_svo *svo, const kd_tree *tree,
                                          const kd_bounce *bounce)
 {
     struct kd_bounce_params p = {
-        .work = {svo->mask_words[0], svo->mask_first[0], room_for_items(svo), 0},
+        .work = {svo->mask_words[0], svo->mask_first[0], 0, 0},
         .frame = {bounce->frame, bounce->period, bounce->period * KD_BOUNCE_MAX_TURNS, 0},
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
-                 s->cones_max_distance > 0
-                     ? s->cones_max_distance
-                     : tree->span_m[tree->cascade_count - 1] * (float)tree->resolution * 1.7320508f,
-                 s->light_ambient * s->cones_intensity},
+                 kd_tree_cone_length(tree, s), s->light_ambient * s->cones_intensity},
     };
     /* A ring at the polar angle whose cosine is the weighted mean of the hemisphere's, 2/3. */
     for (int i = 0; i < KD_BOUNCE_CONES; i++) {
@@ -102,14 +97,13 @@ static void run(kd_system_context *context)
     const kd_svo *svo = kd_singleton(context->world, kd_svo);
     const kd_tree *tree = kd_singleton(context->world, kd_tree);
     const kd_bounce *bounce = kd_singleton(context->world, kd_bounce);
-    size_t size = ITEMS_HEAD + room_for_items(svo) * sizeof(uint32_t);
     if (!tree->radiance.id || !bounce->entries.id ||
         !kd_tree_fit_program(gpu, tree, "shaders/bounce/gather.comp", &state->gather) ||
-        kd_gpu_ensure_buffer(gpu, &state->items, size, 0, "bounce.items") != KD_OK)
+        kd_gpu_fit_work_list(gpu, &state->items, room_for_items(svo), "bounce.items") != KD_OK)
         return;
     struct kd_bounce_params params =
         params_of(&kd_singleton(context->world, kd_frame)->settings, svo, tree, bounce);
-    kd_gpu_write_buffer(gpu, state->items, 0, (uint32_t[4]){0, 1, 1, 0}, ITEMS_HEAD);
+    kd_gpu_clear_work_list(gpu, state->items);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_tree_bind(gpu, tree);

@@ -10,6 +10,7 @@
 #include "components/render_targets.h"
 #include "components/tree_access.h"
 #include "runtime/core/log.h"
+#include "runtime/gpu/work_list.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/gather.h"
 #include "shaders/shared/scene.h"
@@ -26,7 +27,7 @@ typedef struct gather_state {
     kd_gpu_program guide, refine, smooth, smooth_list, upsample;
     gather_grid grid, coarse;    /* coarse: at twice the spacing */
     kd_gpu_texture normal_depth; /* of the grid's pixels, shaders/cone_trace/guide.comp */
-    kd_gpu_buffer list;          /* shaders/cone_trace/list.glsl */
+    kd_gpu_buffer list;          /* of pixels of the grid, shaders/cone_trace/listed_pixel.glsl */
 } gather_state;
 
 static void remake(kd_gpu *gpu, kd_gpu_texture *texture, kd_texture_format format, uint32_t width,
@@ -82,11 +83,10 @@ static void fit_targets(kd_gpu *gpu, kd_gi_targets *gi, uint32_t width, uint32_t
 static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tree, uint32_t width,
                                          uint32_t height)
 {
-    float reach = tree->span_m[tree->cascade_count - 1] * (float)tree->resolution * 1.7320508f;
     struct kd_gather_params p = {
         .size = {width, height, (uint32_t)s->cones_resolution, (uint32_t)s->cones_count},
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
-                 s->cones_max_distance > 0 ? s->cones_max_distance : reach, s->cones_start},
+                 kd_tree_cone_length(tree, s), s->cones_start},
         .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, s->light_ambient},
         .flags = {s->specular_cones ? 1u : 0u, 0, 0, 0},
         .refine = {s->cones_refine, 0, 0, 0},
@@ -152,15 +152,12 @@ static void trace_grid(kd_gpu *gpu, const gather_state *state, const gather_grid
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
 }
 
-static const size_t LIST_HEAD = 4 * sizeof(uint32_t);
-static const uint32_t MOST_GROUPS = 65535; /* of a dispatch, everywhere */
-
 /* Trace the coarse grid, take from it what is good enough for the grid, and trace and smooth the rest. */
 static void trace_where_needed(kd_gpu *gpu, const gather_state *state, struct kd_gather_params *params,
                                uint32_t n)
 {
     const gather_grid *grid = &state->grid, *coarse = &state->coarse;
-    kd_gpu_write_buffer(gpu, state->list, 0, (uint32_t[4]){0, 1, 1, 0}, LIST_HEAD);
+    kd_gpu_clear_work_list(gpu, state->list);
     uint32_t glossy = params->flags.x;
     params->flags.x = 0; /* glossy pixels will be listed */
     trace_grid(gpu, state, coarse, params, 2 * n, 2);
@@ -188,11 +185,10 @@ static void trace_where_needed(kd_gpu *gpu, const gather_state *state, struct kd
 static bool fit_refinement(kd_gpu *gpu, gather_state *state, const kd_settings *s, const gather_grid *grid)
 {
     uint32_t pixels = grid->width * grid->height;
-    if (s->cones_refine <= 0 || pixels / 64 >= MOST_GROUPS)
+    if (s->cones_refine <= 0 || pixels > KD_WORK_LIST_MOST)
         return false;
     fit_grid(gpu, &state->coarse, (grid->width + 1) / 2, (grid->height + 1) / 2);
-    return kd_gpu_ensure_buffer(gpu, &state->list, LIST_HEAD + pixels * sizeof(uint32_t), 0, "gi.refine") ==
-           KD_OK;
+    return kd_gpu_fit_work_list(gpu, &state->list, pixels, "gi.refine") == KD_OK;
 }
 
 static bool fit_programs(kd_gpu *gpu, gather_state *state, const kd_tree *tree)

@@ -10,24 +10,11 @@ typedef struct vertex {
     kd_vec4 tangent;
 } vertex;
 
-static float float_of(uint32_t word)
-{
-    float f;
-    memcpy(&f, &word, sizeof f);
-    return f;
-}
-
 static uint32_t word_of(float f)
 {
     uint32_t word;
     memcpy(&word, &f, sizeof word);
     return word;
-}
-
-static float snorm(uint32_t word, int half)
-{
-    float f = (float)(int16_t)(uint16_t)(word >> (16 * half)) / 32767.0f;
-    return f < -1 ? -1 : f;
 }
 
 static uint32_t snorm_pair(float a, float b)
@@ -43,9 +30,10 @@ static uint32_t snorm_pair(float a, float b)
 
 static vertex load(const uint32_t *w)
 {
-    return (vertex){{float_of(w[0]), float_of(w[1]), float_of(w[2])},
-                    {snorm(w[3], 0), snorm(w[3], 1), snorm(w[4], 0)},
-                    {snorm(w[5], 0), snorm(w[5], 1), snorm(w[6], 0), snorm(w[6], 1)}};
+    return (vertex){
+        {deform_float(w[0]), deform_float(w[1]), deform_float(w[2])},
+        {deform_snorm(w[3], 0), deform_snorm(w[3], 1), deform_snorm(w[4], 0)},
+        {deform_snorm(w[5], 0), deform_snorm(w[5], 1), deform_snorm(w[6], 0), deform_snorm(w[6], 1)}};
 }
 
 static void store(uint32_t *w, const vertex *v)
@@ -71,11 +59,11 @@ static void morph(const deform_streams *s, const struct kd_deform_item *item, ui
     kd_vec3 normal = v->normal;
     for (uint32_t i = 0; i < item->morph.z; i++) {
         uint32_t target = s->words[item->morph.y + 2 * i];
-        float weight = float_of(s->words[item->morph.y + 2 * i + 1]);
+        float weight = deform_float(s->words[item->morph.y + 2 * i + 1]);
         const uint32_t *d =
             s->morphs + (size_t)(item->morph.x + target * item->range.z + local) * KD_MORPH_WORDS;
-        kd_vec3 dp = {float_of(d[0]), float_of(d[1]), float_of(d[2])};
-        kd_vec3 dn = {float_of(d[3]), float_of(d[4]), float_of(d[5])};
+        kd_vec3 dp = {deform_float(d[0]), deform_float(d[1]), deform_float(d[2])};
+        kd_vec3 dn = {deform_float(d[3]), deform_float(d[4]), deform_float(d[5])};
         v->position = kd_vec3_add(v->position, kd_vec3_scale(dp, weight));
         normal = kd_vec3_add(normal, kd_vec3_scale(dn, weight));
     }

@@ -23,13 +23,12 @@ static void inject(kd_system_context *context, bool send_out)
     const kd_svo *svo = kd_singleton(context->world, kd_svo);
     const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
     kd_gpu *gpu = context->gpu;
-    bool touched_only = svo->touched_only && !send_out;
     if (!svo->leaves.id || !bounce->entries.id)
         return;
     uint32_t pass[8] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2,
                         svo->layer_words,
                         svo->dynamic_room,
-                        touched_only,
+                        0,
                         bounce->frame,
                         send_out ? bounce->period * KD_BOUNCE_MAX_TURNS : 0,
                         lamps};
@@ -49,8 +48,7 @@ static void inject(kd_system_context *context, bool send_out)
     kd_gpu_bind_storage(gpu, 6, svo->leaves);
     kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_bind_texture(gpu, KD_UNIT_BOUNCE, bounce->view);
-    kd_gpu_dispatch_indirect(gpu, state->inject, svo->counters,
-                             (touched_only ? KD_ARGS_TOUCHED : KD_ARGS_ALL) * 4);
+    kd_gpu_dispatch_indirect(gpu, state->inject, svo->counters, KD_ARGS_ALL * 4);
 }
 
 static void run(kd_system_context *context)

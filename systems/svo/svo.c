@@ -116,8 +116,6 @@ static void build(kd_system_context *context)
         svo_build_nodes(gpu, state, svo, scene);
         if (scene->static_changed)
             svo_pack_static(gpu, state, svo, scene);
-    } else {
-        svo_args(gpu, state, svo, KD_COUNT_TOUCHED, 0, 0, KD_ARGS_TOUCHED);
     }
     state->dynamic_before = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);

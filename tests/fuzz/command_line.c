@@ -7,11 +7,11 @@
 
 #include <cmocka.h>
 
+#include "tests/folder_fixture.h"
+
 #include <sys/stat.h>
 
 #include "tests/program_fixture.h"
-
-static char folder[64];
 
 static const char scene[] =
     "kandil.scene { size = {64, 48}, fps = 10, seconds = 0.2, gi = 'none' }\n"
@@ -28,24 +28,14 @@ static bool write_file(const char *name, const char *text)
     return file && fputs(text, file) >= 0 && fclose(file) == 0;
 }
 
-static int open_folder(void **state)
+static int set_up(void **state)
 {
-    (void)state;
-    strcpy(folder, "/tmp/kandil-command-XXXXXX");
-    bool made = mkdtemp(folder) && chdir(folder) == 0 && write_file("s.lua", scene);
+    bool made = open_folder(state) == 0 && write_file("s.lua", scene);
     return made && symlink("/dev/full", "full.png") == 0 && symlink("/dev/full", "full.exr") == 0 &&
                    symlink("/dev/full", "full.mp4") == 0 && symlink("/dev/full", "full.json") == 0 &&
                    mkfifo("pipe.png", 0600) == 0 && mkdir("folder.png", 0700) == 0
                ? 0
                : -1;
-}
-
-static int close_folder(void **state)
-{
-    char command[128];
-    (void)state;
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir("/") == 0 ? system(command) : -1;
 }
 
 /* Run `BEFORE; exec kandil ARGUMENTS AFTER` in a shell, so that limits and streams can be set. */
@@ -157,5 +147,5 @@ int main(void)
         puts("skipped: " PROGRAM_PATH " was not built");
         return 77;
     }
-    return cmocka_run_group_tests(tests, open_folder, close_folder);
+    return cmocka_run_group_tests(tests, set_up, close_folder);
 }

@@ -24,7 +24,8 @@ static bool start_server(void)
         if (!freopen("/dev/null", "w", stderr))
             _exit(127);
         snprintf(fd_text, sizeof fd_text, "%d", ends[1]);
-        /* Without -noreset the server starts anew when its last client leaves, and refuses the next meanwhile. */
+        /* Without -noreset the server starts anew when its last client leaves, and refuses the next
+         * meanwhile. */
         execlp("Xvfb", "Xvfb", "-displayfd", fd_text, "-screen", "0", "640x480x24", "-nolisten", "tcp",
                "-noreset", (char *)NULL);
         _exit(127);

@@ -8,6 +8,8 @@
 
 #include <cmocka.h>
 
+#include "tests/folder_fixture.h"
+
 #include "tests/pftrace.h"
 
 #define SCENE  KD_SOURCE_DIR "/samples/02_timeline.lua"
@@ -78,23 +80,6 @@ static void a_run_is_compared_with_an_earlier_one(void **state)
     if (file)
         fclose(file);
     assert_true(found);
-}
-
-static char folder[64];
-
-static int open_folder(void **state)
-{
-    (void)state;
-    strcpy(folder, "/tmp/kandil-profile-XXXXXX");
-    return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
-}
-
-static int close_folder(void **state)
-{
-    char command[128];
-    (void)state;
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir("/") == 0 ? system(command) : -1;
 }
 
 int main(void)

@@ -12,24 +12,9 @@
 
 #include <cmocka.h>
 
+#include "tests/folder_fixture.h"
+
 #define SCENE KD_SOURCE_DIR "/samples/02_timeline.lua"
-
-static char folder[64];
-
-static int open_folder(void **state)
-{
-    (void)state;
-    strcpy(folder, "/tmp/kandil-resume-XXXXXX");
-    return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
-}
-
-static int close_folder(void **state)
-{
-    char command[128];
-    (void)state;
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir("/") == 0 ? system(command) : -1;
-}
 
 static void run(const char *arguments)
 {

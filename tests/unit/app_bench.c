@@ -11,23 +11,9 @@
 
 #include <cmocka.h>
 
-static char folder[64];
+#include "tests/folder_fixture.h"
+
 static char text[65536];
-
-static int open_folder(void **state)
-{
-    (void)state;
-    strcpy(folder, "/tmp/kandil-bench-XXXXXX");
-    return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
-}
-
-static int close_folder(void **state)
-{
-    char command[128];
-    (void)state;
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir("/") == 0 ? system(command) : -1;
-}
 
 static int kandil(const char *arguments)
 {

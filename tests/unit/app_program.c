@@ -16,23 +16,9 @@
 
 #include <cmocka.h>
 
-static char folder[64];
+#include "tests/folder_fixture.h"
+
 static char said[8192]; /* standard error of the last run */
-
-static int open_folder(void **state)
-{
-    (void)state;
-    strcpy(folder, "/tmp/kandil-program-XXXXXX");
-    return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
-}
-
-static int close_folder(void **state)
-{
-    char command[128];
-    (void)state;
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir("/") == 0 ? system(command) : -1;
-}
 
 static void read_said(void)
 {

@@ -8,6 +8,8 @@
 
 #include <cmocka.h>
 
+#include "tests/folder_fixture.h"
+
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
 #include "runtime/profile/json_read.h"
@@ -15,7 +17,7 @@
 #include "runtime/profile/trace.h"
 #include "tests/pftrace.h"
 
-static char folder[64], message[512];
+static char message[512];
 
 static void sink(void *user, kd_log_level level, const char *text)
 {
@@ -24,20 +26,10 @@ static void sink(void *user, kd_log_level level, const char *text)
         snprintf(message, sizeof message, "%s", text);
 }
 
-static int open_folder(void **state)
+static int set_up(void **state)
 {
-    (void)state;
-    strcpy(folder, "/tmp/kandil-profile-XXXXXX");
     kd_log_set_sink(sink, NULL);
-    return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
-}
-
-static int close_folder(void **state)
-{
-    char command[128];
-    (void)state;
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir("/") == 0 ? system(command) : -1;
+    return open_folder(state);
 }
 
 static const kd_profile_system systems[] = {
@@ -331,5 +323,5 @@ int main(void)
         cmocka_unit_test(too_few_frames_are_not_judged),
         cmocka_unit_test(broken_profiles_are_refused),
     };
-    return cmocka_run_group_tests(tests, open_folder, close_folder);
+    return cmocka_run_group_tests(tests, set_up, close_folder);
 }

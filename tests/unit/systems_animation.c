@@ -77,7 +77,7 @@ static void rotation_takes_the_short_way(void **state)
 static void nearly_equal_rotations_stay_unit(void **state)
 {
     const kd_quat a = {0, 0, 0, 1}, b = {0, 1e-4f, 0, 1};
-    kd_quat q = animation_slerp(a, b, 0.5f);
+    kd_quat q = kd_quat_slerp(a, b, 0.5f);
     (void)state;
     assert_float_equal(q.y, 0.5e-4f, 1e-9f);
     assert_float_equal(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w, 1, EPSILON);
