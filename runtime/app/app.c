@@ -8,6 +8,7 @@
 #include "runtime/app/comparison.h"
 #include "runtime/app/console.h"
 #include "runtime/app/doctor.h"
+#include "runtime/app/extension.h"
 #include "runtime/app/help.h"
 #include "runtime/app/info.h"
 #include "runtime/app/options.h"
@@ -29,7 +30,7 @@ static kd_status dispatch(const app_options *options)
     case APP_VERSION: printf("kandil %s\n", KD_VERSION); return KD_OK;
     case APP_HELP: break;
     }
-    return app_help_print(options->subject);
+    return app_help_print(options->subject, options->extension);
 }
 
 static int exit_code(kd_status status)
@@ -42,12 +43,13 @@ static int exit_code(kd_status status)
     }
 }
 
-int kd_app_main(int argc, char **argv)
+int kd_main(int argc, char **argv, const kd_extension *extension)
 {
     app_options options;
     app_console_open();
     kd_status status = app_options_parse(argc, argv, &options);
     if (status == KD_OK) {
+        options.extension = extension;
         app_console_set_quiet(options.quiet);
         status = dispatch(&options);
         app_options_fini(&options);

@@ -3,10 +3,4 @@
 
 #define KD_VERSION "0.1.0"
 
-/** Run the program: `kandil COMMAND …`.
- *
- *  Returns the exit code: 0 done, 1 the work failed, 2 the command line is wrong, 130 interrupted
- */
-int kd_app_main(int argc, char **argv);
-
 #endif

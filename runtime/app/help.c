@@ -5,8 +5,10 @@
 #include <string.h>
 
 #include "runtime/app/app.h"
+#include "runtime/app/help_files.h"
 #include "runtime/app/options.h"
 #include "runtime/app/scene.h"
+#include "runtime/app/world_setup.h"
 #include "runtime/core/log.h"
 #include "runtime/core/nearest.h"
 
@@ -80,18 +82,18 @@ static bool may_write(void *user, const char *component, const char *field)
     return app_may_write(component, field);
 }
 
-static kd_status print_reference(void)
+static kd_status print_reference(const kd_extension *extension)
 {
     kd_world *w = kd_world_make();
     if (!w)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    app_register_components(w);
+    app_register_components(w, extension);
     kd_script_write_reference(w, may_write, stdout);
     kd_world_destroy(w);
     return KD_OK;
 }
 
-kd_status app_help_print(const char *topic)
+kd_status app_help_print(const char *topic, const kd_extension *extension)
 {
     if (!topic) {
         print_program();
@@ -100,10 +102,20 @@ kd_status app_help_print(const char *topic)
     kd_nearest near = kd_nearest_to(topic);
     kd_nearest_offer(&near, "settings");
     kd_nearest_offer(&near, "scenario");
+    kd_nearest_offer(&near, "man");
+    kd_nearest_offer(&near, "bash");
     if (strcmp(topic, "scenario") == 0)
-        return print_reference();
+        return print_reference(extension);
     if (strcmp(topic, "settings") == 0) {
         print_settings();
+        return KD_OK;
+    }
+    if (strcmp(topic, "man") == 0) {
+        app_manual_print();
+        return KD_OK;
+    }
+    if (strcmp(topic, "bash") == 0) {
+        app_completion_print();
         return KD_OK;
     }
     for (const app_command_row *row = app_commands; row->name; row++) {

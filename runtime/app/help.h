@@ -3,8 +3,14 @@
 
 #include "runtime/core/status.h"
 
-/** Print help on the program (topic NULL), a command, or "settings", to standard output. Errors USAGE for an
- * unknown topic */
-kd_status app_help_print(const char *topic);
+#include "runtime/app/extension.h"
+
+/** Print help on the program (topic NULL), a command, "settings" or "scenario" to standard output, or the
+ *  program's manual page ("man") or its completion for bash ("bash").
+ *
+ *  extension  whose components scenarios can use, too; NULL: none
+ *  Errors     USAGE for an unknown topic
+ */
+kd_status app_help_print(const char *topic, const kd_extension *extension);
 
 #endif

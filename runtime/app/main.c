@@ -1,6 +1,6 @@
-#include "runtime/app/app.h"
+#include "runtime/app/extension.h"
 
 int main(int argc, char **argv)
 {
-    return kd_app_main(argc, argv);
+    return kd_main(argc, argv, NULL);
 }

@@ -23,13 +23,17 @@
 /* Lists of words, for the readers and for the help. */
 #define GI_LIST(X) X("cones") X("none")
 #define VIEW_LIST(X)                                                                                         \
-    X("final") X("direct") X("indirect") X("ao") X("specular") X("albedo") X("normal") X("depth") X("octre"  \
-                                                                                                    "e")
+    X("final")                                                                                               \
+    X("direct")                                                                                              \
+    X("indirect") X("ao") X("specular") X("albedo") X("normal") X("depth") X("octre"                         \
+                                                                             "e")
 #define CONTEXT_LIST(X)                                                                                      \
     X("auto") X("glfw") X("egl") X("egl-device") X("egl-surfaceless") X("egl-software") X("osmesa")
 #define TERM_LIST(X)                                                                                         \
-    X("final") X("direct") X("indirect") X("diffuse") X("specular") X("ao") X("albedo") X("normal") X("dept" \
-                                                                                                      "h")
+    X("final")                                                                                               \
+    X("direct")                                                                                              \
+    X("indirect") X("diffuse") X("specular") X("ao") X("albedo") X("normal") X("dept"                        \
+                                                                               "h")
 #define WORD(word)   word,
 #define SPACED(word) " " word
 
@@ -42,8 +46,8 @@ const char *const app_term_words[] = {TERM_LIST(WORD) NULL};
 _Static_assert(sizeof app_term_words / sizeof *app_term_words == KD_REFERENCE_TERM_COUNT + 1,
                "a term lacks its word");
 
-static const char *const context_words[] = {CONTEXT_LIST(WORD) NULL};
-_Static_assert(sizeof context_words / sizeof *context_words == KD_CONTEXT_API_COUNT + 1,
+const char *const app_context_words[] = {CONTEXT_LIST(WORD) NULL};
+_Static_assert(sizeof app_context_words / sizeof *app_context_words == KD_CONTEXT_API_COUNT + 1,
                "a context lacks its word");
 
 const app_command_row app_commands[] = {
@@ -55,7 +59,7 @@ const app_command_row app_commands[] = {
     {"info", APP_INFO, "FILE", "list what a model or a .kvox file holds"},
     {"bench", APP_BENCH, "[ecs|jobs|all]", "measure the ECS and the jobs beside this machine's limits"},
     {"doctor", APP_DOCTOR, NULL, "list every way to a GPU or software driver, and what is missing"},
-    {"help", APP_HELP, "[COMMAND]", "explain the program, a command, or `settings`"},
+    {"help", APP_HELP, "[COMMAND]", "explain the program, a command, `settings` or `scenario`"},
     {NULL, APP_HELP, NULL, NULL},
 };
 
@@ -153,7 +157,7 @@ static kd_status read_out(app_options *o, const char *text)
 static kd_status read_context(app_options *o, const char *text)
 {
     int api = 0;
-    kd_status status = app_read_word("--context", text, context_words, &api);
+    kd_status status = app_read_word("--context", text, app_context_words, &api);
     o->context = (kd_context_api)api;
     return status;
 }

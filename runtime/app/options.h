@@ -56,6 +56,7 @@ typedef struct app_voxelizing {
 enum { APP_MAX_TRACES = 4 };
 
 typedef struct app_options {
+    const struct kd_extension *extension; /* of the program, or NULL */
     app_command command;
     const char *subject;    /* the scene, the file, or the topic of help; NULL */
     const char *second;     /* the picture to compare with; NULL */
@@ -124,6 +125,8 @@ bool app_is_param(const char *assignment);
 /** Words of --gi and --view, in order of the enumerations, NULL-terminated. */
 extern const char *const app_gi_words[];
 extern const char *const app_view_words[];
+/** Words of --context, in order of kd_context_api. */
+extern const char *const app_context_words[];
 /** Words of --terms, in order of kd_reference_term. */
 extern const char *const app_term_words[];
 /** Index of a word; -1 when it is none of them. */

@@ -63,6 +63,7 @@ static kd_status open_gpu(run *r)
             .window = r->options->window,
             .width = r->scene.width,
             .height = r->scene.height,
+            .shaders = app_shaders(r->options->extension),
 #ifndef NDEBUG
             .debug = true,
 #endif
@@ -96,7 +97,7 @@ static kd_status open_schedule(run *r)
     r->schedule = kd_schedule_make(r->world, r->jobs, r->gpu);
     if (!r->schedule)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    kd_status status = app_import_systems(r->schedule);
+    kd_status status = app_import_systems(r->schedule, r->options->extension);
     if (status == KD_OK)
         status = app_capture_open(r->options, r->world, r->gpu, r->jobs, r->scene.width, r->scene.height,
                                   r->scene.fps, &r->capture);

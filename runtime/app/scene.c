@@ -9,6 +9,7 @@
 #include "components/light.h"
 #include "components/mesh_instance.h"
 #include "components/transform.h"
+#include "runtime/app/world_setup.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
 #include "runtime/ecs/reflect.h"
@@ -120,20 +121,6 @@ static kd_status set_entity_field(kd_world *w, const char *assignment)
 
 /* ---- loading ---- */
 
-void app_register_components(kd_world *w)
-{
-    (void)KD_ID(w, kd_transform);
-    (void)KD_ID(w, kd_local_matrix);
-    (void)KD_ID(w, kd_world_transform);
-    (void)KD_ID(w, kd_mesh_instance);
-    (void)KD_ID(w, kd_skin_instance);
-    (void)KD_ID(w, kd_morph_weights);
-    (void)KD_ID(w, kd_animation);
-    (void)KD_ID(w, kd_animation_layers);
-    (void)KD_ID(w, kd_light);
-    (void)KD_ID(w, kd_camera);
-}
-
 /* The command line is applied before loading, so that framing knows size and settings, and after it, since it
  * has the last word over a scenario; entities exist only then. */
 static kd_status apply_options(app_scene *scene, const app_options *o, bool loaded)
@@ -167,7 +154,7 @@ kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *o
                          .fps = 30,
                          .seconds = -1,
                          .settings = kd_settings_defaults()};
-    app_register_components(world);
+    app_register_components(world, options->extension);
     kd_status status = apply_options(scene, options, false);
     if (status != KD_OK)
         return status;

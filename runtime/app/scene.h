@@ -29,9 +29,6 @@ typedef struct app_scene {
     uint32_t loaded_count, loaded_capacity;
 } app_scene;
 
-/** Register the components of which entities are made. */
-void app_register_components(kd_world *w);
-
 /** Fill the world from the file that the options name, then let the command line have the last word.
  *  Errors with one message */
 kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options);

@@ -54,12 +54,16 @@ static kd_status stage_open(stage *s, const app_options *o)
         return kd_fail(KD_NO_MEMORY, "out of memory");
     kd_status status = app_scene_load(&s->scene, s->world, o);
     if (status == KD_OK)
-        status = kd_gpu_open(
-            &(kd_gpu_desc){.api = o->context, .width = s->scene.width, .height = s->scene.height}, &s->gpu);
+        status = kd_gpu_open(&(kd_gpu_desc){.api = o->context,
+                                            .width = s->scene.width,
+                                            .height = s->scene.height,
+                                            .shaders = app_shaders(o->extension)},
+                             &s->gpu);
     if (status != KD_OK)
         return status;
     s->schedule = kd_schedule_make(s->world, s->jobs, s->gpu);
-    status = s->schedule ? app_import_systems(s->schedule) : kd_fail(KD_NO_MEMORY, "out of memory");
+    status =
+        s->schedule ? app_import_systems(s->schedule, o->extension) : kd_fail(KD_NO_MEMORY, "out of memory");
     if (status == KD_OK)
         status = app_timing_open(
             &s->timing, &(app_timing_desc){.schedule = s->schedule, .gpu = s->gpu, .mode = APP_TIMING_OFF});

@@ -233,7 +233,7 @@ static kd_status open_world(app_traced *t)
     t->schedule = kd_schedule_make(t->world, t->jobs, NULL);
     if (!t->schedule)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    status = app_import_state_systems(t->schedule);
+    status = app_import_state_systems(t->schedule, t->options->extension);
     return status == KD_OK ? kd_schedule_init(t->schedule) : status;
 }
 

@@ -1,5 +1,12 @@
 #include "runtime/app/world_setup.h"
 
+#include "components/animation.h"
+#include "components/camera.h"
+#include "components/deform.h"
+#include "components/light.h"
+#include "components/mesh_instance.h"
+#include "components/transform.h"
+#include "runtime/core/log.h"
 #include "systems/animation/animation.h"
 #include "systems/bounce/bounce.h"
 #include "systems/cone_trace/cone_trace.h"
@@ -16,6 +23,22 @@
 #include "systems/voxel_pages/voxel_pages.h"
 #include "systems/voxel_transform/voxel_transform.h"
 
+void app_register_components(kd_world *w, const kd_extension *extension)
+{
+    (void)KD_ID(w, kd_transform);
+    (void)KD_ID(w, kd_local_matrix);
+    (void)KD_ID(w, kd_world_transform);
+    (void)KD_ID(w, kd_mesh_instance);
+    (void)KD_ID(w, kd_skin_instance);
+    (void)KD_ID(w, kd_morph_weights);
+    (void)KD_ID(w, kd_animation);
+    (void)KD_ID(w, kd_animation_layers);
+    (void)KD_ID(w, kd_light);
+    (void)KD_ID(w, kd_camera);
+    if (extension && extension->register_components)
+        extension->register_components(w);
+}
+
 typedef kd_status import(kd_schedule *s);
 
 static kd_status import_all(kd_schedule *s, import *const *imports, size_t count)
@@ -26,7 +49,17 @@ static kd_status import_all(kd_schedule *s, import *const *imports, size_t count
     return status;
 }
 
-kd_status app_import_systems(kd_schedule *s)
+static kd_status import_extension(kd_schedule *s, const kd_extension *extension)
+{
+    if (!extension || !extension->import_systems)
+        return KD_OK;
+    kd_status status = extension->import_systems(s);
+    if (status != KD_OK && extension->name)
+        kd_log(KD_LOG_ERROR, "%s: its systems were not added", extension->name);
+    return status;
+}
+
+kd_status app_import_systems(kd_schedule *s, const kd_extension *extension)
 {
     static import *const imports[] = {
         kd_scene_import,    kd_animation_import,       kd_hierarchy_import,   kd_deform_import,
@@ -34,14 +67,21 @@ kd_status app_import_systems(kd_schedule *s)
         kd_svo_import,      kd_voxel_transform_import, kd_lighting_import,    kd_bounce_import,
         kd_deferred_import, kd_cone_trace_import,      kd_debug_view_import,  kd_resolve_import,
     };
-    return import_all(s, imports, sizeof imports / sizeof *imports);
+    kd_status status = import_all(s, imports, sizeof imports / sizeof *imports);
+    return status == KD_OK ? import_extension(s, extension) : status;
 }
 
-/* None of these keeps state of its own for a GPU system, which would not be freed. */
-kd_status app_import_state_systems(kd_schedule *s)
+/* None of ours keeps state of its own for a GPU system, which would not be freed. */
+kd_status app_import_state_systems(kd_schedule *s, const kd_extension *extension)
 {
     static import *const imports[] = {kd_scene_import, kd_animation_import, kd_hierarchy_import,
                                       kd_deform_import};
     kd_schedule_leave_out_gpu(s);
-    return import_all(s, imports, sizeof imports / sizeof *imports);
+    kd_status status = import_all(s, imports, sizeof imports / sizeof *imports);
+    return status == KD_OK ? import_extension(s, extension) : status;
+}
+
+const kd_embedded_shader *app_shaders(const kd_extension *extension)
+{
+    return extension ? extension->shaders : NULL;
 }

@@ -15,6 +15,7 @@
  * illuminance"));
  */
 
+#include <stdalign.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -100,7 +101,7 @@ typedef enum kd_component_flags {
     static const kd_field type##_fields[] = {__VA_ARGS__};                                                   \
     const kd_component_desc type##_desc = {.name = (name_),                                                  \
                                            .size = (uint32_t)sizeof(type),                                   \
-                                           .align = (uint32_t) _Alignof(type),                               \
+                                           .align = (uint32_t)alignof(type),                                 \
                                            .fields = type##_fields,                                          \
                                            .field_count =                                                    \
                                                (uint32_t)(sizeof type##_fields / sizeof(kd_field)),          \
@@ -110,7 +111,7 @@ typedef enum kd_component_flags {
     static const kd_field type##_fields[] = {__VA_ARGS__};                                                   \
     const kd_component_desc type##_desc = {.name = (name_),                                                  \
                                            .size = (uint32_t)sizeof(type),                                   \
-                                           .align = (uint32_t) _Alignof(type),                               \
+                                           .align = (uint32_t)alignof(type),                                 \
                                            .fields = type##_fields,                                          \
                                            .field_count =                                                    \
                                                (uint32_t)(sizeof type##_fields / sizeof(kd_field)),          \

@@ -154,6 +154,7 @@ kd_status gpu_open_one(const kd_gpu_desc *desc, kd_context_api api, kd_gpu **out
         return KD_NO_CONTEXT;
     }
     gpu->debug = one.debug;
+    gpu->shaders = one.shaders;
     init_pools(gpu);
     if (!check_context(gpu, reason)) {
         gpu->context.close(&gpu->context);

@@ -11,6 +11,12 @@ typedef struct kd_embedded_shader {
     size_t size;      /* bytes without the NUL */
 } kd_embedded_shader;
 
+/** A row of a table of one's own: KD_SHADER("shaders/mine/glow.comp", "layout(…) in; …"). */
+#define KD_SHADER(path, text)                                                                                \
+    {                                                                                                        \
+        (path), (text), sizeof(text) - 1                                                                     \
+    }
+
 /** Every file below shaders/, ended by a row whose path is NULL. */
 extern const kd_embedded_shader kd_embedded_shaders[];
 

@@ -46,10 +46,12 @@ typedef enum kd_context_api {
 
 typedef struct kd_gpu_desc {
     kd_context_api api;
-    bool window;            /* a visible GLFW window */
-    uint32_t width, height; /* of the window; 0 means 1280x720 */
-    const char *title;      /* NULL means "Kandil" */
-    bool debug;             /* GL debug output: errors are logged and counted as failures */
+    bool window;                              /* a visible GLFW window */
+    uint32_t width, height;                   /* of the window; 0 means 1280x720 */
+    const char *title;                        /* NULL means "Kandil" */
+    bool debug;                               /* GL debug output: errors are logged and counted as failures */
+    const struct kd_embedded_shader *shaders; /* more than the build's (runtime/gpu/embedded.h), ended by an
+                                                 empty row; must outlive the context. NULL: none */
 } kd_gpu_desc;
 
 /** Open a context, load GL and make it current on this thread. Errors KD_NO_CONTEXT, each way tried logged

@@ -128,6 +128,7 @@ struct kd_gpu {
     gl_table gl;
     kd_gpu_info info;
     bool failed, debug;
+    const struct kd_embedded_shader *shaders; /* of the caller; NULL: none */
     uint32_t complaints;
     size_t bytes;
     uint64_t frame;

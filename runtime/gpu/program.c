@@ -53,7 +53,7 @@ static char *get_log(kd_gpu *gpu, GLuint object, bool is_program)
 static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *const *defines)
 {
     const gl_table *gl = &gpu->gl;
-    gpu_source source = {0};
+    gpu_source source = {.more = gpu->shaders};
     if (!gpu_source_expand(&source, path, defines)) {
         gpu_fail(gpu, "%s", source.error);
         gpu_source_fini(&source);

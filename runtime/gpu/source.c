@@ -72,22 +72,30 @@ static char *read_from_folder(const char *folder, const char *path, size_t *size
     return text;
 }
 
+static const kd_embedded_shader *find_row(const kd_embedded_shader *rows, const char *path)
+{
+    for (; rows && rows->path; rows++)
+        if (strcmp(rows->path, path) == 0)
+            return rows;
+    return NULL;
+}
+
 /* Returns the text of a file, which the caller frees; NULL when it is not there. */
-static char *load(const char *path, size_t *size)
+static char *load(const gpu_source *source, const char *path, size_t *size)
 {
     const char *folder = getenv("KANDIL_SHADER_DIR");
-    if (folder && *folder)
-        return read_from_folder(folder, path, size);
-    for (const kd_embedded_shader *shader = kd_embedded_shaders; shader->path; shader++) {
-        if (strcmp(shader->path, path) != 0)
-            continue;
-        char *copy = malloc(shader->size + 1);
-        if (copy)
-            memcpy(copy, shader->text, shader->size);
-        *size = shader->size;
+    bool outside = folder && *folder;
+    char *copy = outside ? read_from_folder(folder, path, size) : NULL;
+    const kd_embedded_shader *row = outside ? NULL : find_row(kd_embedded_shaders, path);
+    if (!row)
+        row = find_row(source->more, path);
+    if (copy || !row)
         return copy;
-    }
-    return NULL;
+    copy = malloc(row->size + 1);
+    if (copy)
+        memcpy(copy, row->text, row->size + 1);
+    *size = row->size;
+    return copy;
 }
 
 /* ---- includes ---- */
@@ -149,7 +157,7 @@ static bool include(gpu_source *source, const char *path, unsigned file, unsigne
     size_t size = 0;
     if (has_file(source, path))
         return append_text(source, "\n");
-    char *text = strncmp(path, "shaders/", 8) == 0 && depth < MAX_DEPTH ? load(path, &size) : NULL;
+    char *text = strncmp(path, "shaders/", 8) == 0 && depth < MAX_DEPTH ? load(source, path, &size) : NULL;
     if (text)
         return expand(source, path, text, size, depth + 1) && append_line_number(source, line + 1, file);
     snprintf(message, sizeof message, "#error cannot include %s: no such file under shaders\n",
@@ -203,7 +211,7 @@ bool gpu_source_expand(gpu_source *source, const char *path, const char *const *
         good = append_text(source, "#define ") && append_text(source, *defines) && append_text(source, "\n");
     if (!good)
         return false;
-    char *text = load(path, &size);
+    char *text = load(source, path, &size);
     if (text)
         return expand(source, path, text, size, 0);
     const char *folder = getenv("KANDIL_SHADER_DIR");

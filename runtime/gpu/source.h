@@ -14,7 +14,8 @@ typedef struct gpu_source {
     size_t size, capacity;
     char *paths[GPU_MAX_SOURCE_FILES]; /* by number */
     unsigned path_count;
-    char error[256]; /* why expanding failed: FILE: what is wrong */
+    char error[256];                       /* why expanding failed: FILE: what is wrong */
+    const struct kd_embedded_shader *more; /* files beside those of the build, ended by an empty row; NULL */
 } gpu_source;
 
 /** Put `#version`, the defines and the file with all it includes together. Returns false with source->error

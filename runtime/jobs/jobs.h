@@ -18,7 +18,11 @@ typedef void kd_range_fn(void *user, uint32_t begin, uint32_t end, uint32_t work
 
 /* A counter of unfinished jobs; starts as {0}. It may be freed when a wait for it has returned. */
 typedef struct kd_job_counter {
-    _Atomic uint32_t pending;   /* 0: all done. The top bit says that jobs wait for it */
+#ifdef __cplusplus
+    uint32_t pending; /* opaque there */
+#else
+    _Atomic uint32_t pending; /* 0: all done. The top bit says that jobs wait for it */
+#endif
     struct kd_job_after *after; /* those, owned by the pool */
 } kd_job_counter;
 

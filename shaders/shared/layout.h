@@ -10,6 +10,7 @@
 #else
 #ifndef KD_SHADERS_LAYOUT_TYPES
 #define KD_SHADERS_LAYOUT_TYPES
+#include <assert.h>
 #include <stdint.h>
 typedef struct kd_gl_vec4 { float x, y, z, w; } kd_gl_vec4;
 typedef struct kd_gl_uvec4 { uint32_t x, y, z, w; } kd_gl_uvec4;
@@ -18,7 +19,7 @@ typedef struct kd_gl_mat4 { float m[16]; } kd_gl_mat4;
 #define KD_UINT uint32_t
 #define KD_STRUCT struct
 #define KD_INT int32_t
-#define KD_LAYOUT_CHECK(type, size) _Static_assert(sizeof(struct type) == (size), #type " must be " #size " bytes");
+#define KD_LAYOUT_CHECK(type, size) static_assert(sizeof(struct type) == (size), #type " must be " #size " bytes");
 #endif
 #define vec4 kd_gl_vec4
 #define uvec4 kd_gl_uvec4
