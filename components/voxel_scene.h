@@ -100,6 +100,7 @@ typedef struct kd_voxel_scene {
     uint32_t cascade_count, resolution, resolution_log2;
     float span_m;
     bool one_layer; /* svo.layers = one: everything goes through the dynamic layer */
+    uint32_t build; /* KD_SVO_BUILD_* of runtime/core/settings.h; all but orderfree have one layer */
     float span[KD_MAX_CASCADES];
     kd_vec3 origin_ws[KD_MAX_CASCADES];         /* low corners */
     int32_t origin_cells[KD_MAX_CASCADES][3];   /* the same in cells from the world's origin */

@@ -11,6 +11,7 @@
 #include "runtime/core/status.h"
 
 #define KD_SVO_LAYERS_LIST(X) X(TWO, "two") X(ONE, "one")
+#define KD_SVO_BUILD_LIST(X)  X(ORDERFREE, "orderfree") X(ATOMIC, "atomic") X(LEVELS, "levels")
 #define KD_BOUNCES_LIST(X)    X(NONE, "0") X(ONE, "1") X(TWO, "2") X(INF, "inf")
 #define KD_TONEMAP_LIST(X)    X(ACES, "aces") X(REINHARD, "reinhard") X(LINEAR, "linear")
 
@@ -19,6 +20,12 @@ typedef enum kd_svo_layers {
     KD_SVO_LAYERS_LIST(KD_SVO_LAYERS_ENUM)
 #undef KD_SVO_LAYERS_ENUM
 } kd_svo_layers;
+
+typedef enum kd_svo_build {
+#define KD_SVO_BUILD_ENUM(name, text) KD_SVO_BUILD_##name,
+    KD_SVO_BUILD_LIST(KD_SVO_BUILD_ENUM)
+#undef KD_SVO_BUILD_ENUM
+} kd_svo_build;
 
 typedef enum kd_bounces {
 #define KD_BOUNCES_ENUM(name, text) KD_BOUNCES_##name,
@@ -54,6 +61,8 @@ typedef enum kd_setting_type {
       "sides of cage faces are cut into 2^level; 0: as the model says, else 3")                              \
     X(ENUM, svo, layers, KD_SVO_LAYERS_TWO, 0, 1, layers_words, NULL,                                        \
       "keep static voxels apart, or rebuild all")                                                            \
+    X(ENUM, svo, build, KD_SVO_BUILD_ORDERFREE, 0, 2, build_words, NULL,                                     \
+      "how the octree is made; atomic and levels rebuild all in every frame")                                \
     X(I32, cones, count, 6, 3, 16, NULL, NULL, "diffuse cones a pixel")                                      \
     X(F32, cones, aperture_deg, 60, 10, 120, NULL, "deg", "full opening angle of a diffuse cone")            \
     X(F32, cones, step, 0.5f, 0.1, 2, NULL, "diameters", "step along a cone")                                \

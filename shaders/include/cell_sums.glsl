@@ -1,5 +1,8 @@
 // Attribute sums of cells: integers, weighted by coverage, so that they are the same in whatever order the threads come.
-layout(std430, binding = 7) buffer sums_block { uint sums[]; };
+#ifndef KD_SUMS_BINDING
+#define KD_SUMS_BINDING 7
+#endif
+layout(std430, binding = KD_SUMS_BINDING) buffer sums_block { uint sums[]; };
 
 struct voxel_share {
     uvec3 albedo;   // linear, 10 bits

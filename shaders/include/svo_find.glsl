@@ -3,8 +3,13 @@
 #include "shaders/include/svo_book.glsl"
 #include "shaders/include/morton.glsl"
 
-layout(std430, binding = 3) buffer index_block { uint index[]; };
-layout(std430, binding = 4) buffer nodes_block { uint nodes[]; };
+// What other threads of the same pass write is seen when this says coherent volatile.
+#ifndef KD_FIND_ACCESS
+#define KD_FIND_ACCESS
+#endif
+
+layout(std430, binding = 3) KD_FIND_ACCESS buffer index_block { uint index[]; };
+layout(std430, binding = 4) KD_FIND_ACCESS buffer nodes_block { uint nodes[]; };
 
 uint dense_place(uint code)
 {

@@ -26,6 +26,7 @@
 #define KD_GROUP_ROW 1024u    /* work groups along x of a dispatch over a list of them */
 #define KD_NO_VOXEL 0x80000000u
 #define KD_EMPTY 0xFFFFFFFFu
+#define KD_MARKED 0xFFFFFFFEu /* a child that is needed and has no number yet: while a tree is built level by level */
 
 /* Added to positions in cells before voxelizing: a plane on a cell border then belongs to one cell, not to both. */
 #define KD_VOXELIZE_NUDGE 0.0009765625
@@ -139,7 +140,7 @@ KD_LAYOUT_CHECK(kd_svo_places, 128)
 #define KD_COUNT_DYNAMIC 1
 #define KD_COUNT_FRESH 2        /* static cells built anew, when some were */
 #define KD_COUNT_DIFF 3         /* nodes that go or come on the level at hand */
-#define KD_COUNT_NEED 4         /* + level: nodes that the masks ask for, counted when members changed */
+#define KD_COUNT_NEED 4         /* + level: nodes that the masks ask for, counted when members changed; numbers asked for */
 #define KD_COUNT_NODES 8        /* + 4 * level + cascade: nodes in use */
 #define KD_COUNT_FREE 24        /* + level: free numbers */
 #define KD_COUNT_HIGH 28        /* one more than the highest number that a leaf parent ever had */
@@ -150,6 +151,7 @@ KD_LAYOUT_CHECK(kd_svo_places, 128)
 #define KD_COUNT_PARTS 42       /* mask words on the list */
 #define KD_COUNT_ABOVE 43       /* cells of the first level above the outermost cascade that are to be filtered */
 #define KD_COUNT_TOUCHED_PARTS 44
+#define KD_COUNT_LEFT 45        /* 1 when voxels found a locked node and wait for the next pass */
 #define KD_COUNT_TRANSIENT_END 48
 /* Indirect arguments in the same buffer, three words each: groups of 64. */
 #define KD_ARGS_ALL 64          /* over the leaves of all leaf parents */

@@ -1,6 +1,6 @@
 // Brings the cached voxels of the dynamic layer to the world: rigid by the object's matrix, skinned by the blend of the voxel's own
-// weights, attached (morphing) by the surface point that it is tied to. Writes the page voxel and marks the cells that it
-// covers in the layer's mask.
+// weights, attached (morphing) by the surface point that it is tied to. Writes the page voxel and, unless KD_UNMARKED, marks the
+// cells that it covers in the layer's mask.
 //
 // One row of work groups a segment; empty slots end at once.
 // Source: Yalciner 2016, section 4.3 (transformation) and 4.7; the coverage splat is ours.
@@ -18,7 +18,9 @@ layout(std430, binding = 2) readonly buffer chunks_block { kd_voxel_chunk_params
 layout(std430, binding = 3) readonly buffer shape_block { uvec2 shape[]; };
 layout(std430, binding = 4) readonly buffer binding_block { uint binding_words[]; };
 layout(std430, binding = 5) writeonly buffer voxels_block { uint voxels[]; };
+#ifndef KD_UNMARKED
 layout(std430, binding = 6) buffer mask_block { uint mask[]; };
+#endif
 layout(binding = 0) uniform samplerBuffer joint_rows;    // rgba32f, three rows a joint
 layout(binding = 1) uniform usamplerBuffer deformed;     // r32ui: the geometry stream
 layout(binding = 2) uniform usamplerBuffer index_stream; // r32ui
@@ -81,6 +83,7 @@ posed pose_attached(kd_voxel_object_params o, uint binding_at)
     return pose_rigid(o, p, n);
 }
 
+#ifndef KD_UNMARKED
 void mark(uint c, splat s)
 {
     uint first = cascade_first_bit(c);
@@ -89,6 +92,7 @@ void mark(uint c, splat s)
         atomicOr(mask[bit >> 5], 1u << (bit & 31u));
     }
 }
+#endif
 
 void main()
 {
@@ -115,5 +119,7 @@ void main()
     voxels[at] = splat_pack_cell(s);
     voxels[at + 1u] = splat_pack_fraction(s);
     voxels[at + 2u] = rigid_pack_normal(v.normal_ws, length(n));
+#ifndef KD_UNMARKED
     mark(c, s);
+#endif
 }

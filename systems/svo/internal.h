@@ -28,6 +28,13 @@ typedef enum svo_program {
     SVO_FILTER_UP,
     SVO_ABOVE_LIST,
     SVO_FILTER_ABOVE,
+    SVO_TAKEN, /* from here on: builds in which nodes take numbers, compiled when one is chosen */
+    SVO_TAKEN_ADD = SVO_TAKEN,
+    SVO_TAKEN_MARK,
+    SVO_TAKEN_LEVEL,
+    SVO_TAKEN_LIST,
+    SVO_TAKEN_SETTLE,
+    SVO_TAKEN_PACK,
     SVO_PROGRAM_COUNT
 } svo_program;
 
@@ -35,9 +42,11 @@ typedef enum svo_program {
 typedef struct svo_state {
     kd_gpu_program programs[SVO_PROGRAM_COUNT];
     kd_gpu_rank rank;
-    kd_gpu_readback readback; /* counters of the frames before, without a stall */
-    uint32_t texel_viewed[4]; /* buffers behind kd_tree's texel views */
-    bool dynamic_before;      /* there were dynamic voxels in the frame before */
+    kd_gpu_readback readback;      /* counters of the frames before, without a stall */
+    uint32_t texel_viewed[4];      /* buffers behind kd_tree's texel views */
+    kd_gpu_texture cache_views[3]; /* shape and colour of voxels, objects: for builds that take numbers */
+    uint32_t cache_viewed[3];
+    bool dynamic_before; /* there were dynamic voxels in the frame before */
     uint64_t bytes_build;
 } svo_state;
 
@@ -56,6 +65,10 @@ kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
 /** Write the uniform block for where the cascades stand now. */
 void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene);
 
+/** Follow a buffer with a texel view. */
+void svo_view(kd_gpu *gpu, uint32_t *viewed, kd_gpu_texture *texture, kd_gpu_buffer buffer,
+              kd_texture_format format);
+
 /** Hand what the tracer reads to kd_tree. */
 void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
                  kd_tree *tree);
@@ -72,7 +85,24 @@ void svo_args(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t c
 /** Read a counter; waits. */
 uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter);
 
+/* Ways of making the tree from the voxels of a frame; svo.build picks one. Each leaves the same tables for
+ * the light, the filter and the cones; numbers of nodes may differ. The book is as svo_begin_nodes left it.
+ */
+typedef void svo_build(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+svo_build svo_build_orderfree, svo_build_atomic, svo_build_levels;
+
+/** Take all nodes off the masks of the current frame and the tables; all numbers are free. */
+void svo_empty_nodes(kd_gpu *gpu, const svo_state *state, const kd_svo *svo);
+
+/* build_taken.c: what the builds share in which nodes take numbers from counters. `fill` makes nodes and adds
+ * attributes to the sums of cells. */
+void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
+                     svo_build *fill);
+void svo_bind_taken(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene);
+void svo_add_taken(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene);
+
 /* layers.c: cells of each layer */
+void svo_empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells);
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_sum_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_pack_static(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene);

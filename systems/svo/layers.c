@@ -48,7 +48,7 @@ static void pack_dynamic(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
 }
 
-static void empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells)
+void svo_empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells)
 {
     kd_gpu_fill_buffer(gpu, svo->sums, 0, (size_t)cells * KD_SUM_WORDS * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -80,7 +80,7 @@ void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxe
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     state->bytes_build += (uint64_t)svo->layer_words * 12;
     settle_dynamic(gpu, svo, scene);
-    empty_sums(gpu, svo, svo->dynamic_room);
+    svo_empty_sums(gpu, svo, svo->dynamic_room);
     accumulate_dynamic(gpu, state, svo, scene);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     pack_dynamic(gpu, state, svo);
@@ -100,7 +100,7 @@ void svo_sum_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_s
     if (svo_reserve_sums(gpu, svo, fresh) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: no room for %u new cells; some voxels are left out", fresh);
     fresh = svo->sum_capacity < fresh ? svo->sum_capacity : fresh;
-    empty_sums(gpu, svo, fresh);
+    svo_empty_sums(gpu, svo, fresh);
     uint32_t pass[4] = {svo->sum_capacity, svo->layer_words, 0, 0};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);

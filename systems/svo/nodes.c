@@ -28,16 +28,15 @@ static size_t dense_bytes(const kd_svo *svo)
     return (size_t)svo->cascades * KD_DENSE_WORDS * 4;
 }
 
-/* The tree without nodes; every dense cell that held something is to be emptied. */
-static void empty_tree(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
+void svo_empty_nodes(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
 {
     kd_gpu_buffer masks = svo->level_masks[svo->current];
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_fill_buffer(gpu, masks, 0, kd_gpu_buffer_size(gpu, masks), 0);
     kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_NODES * 4, 16 * 4, 0);
-    kd_gpu_copy_buffer(gpu, svo->book, (size_t)svo->places.others.x * 4, svo->book,
-                       (size_t)svo->places.changed.x * 4, dense_bytes(svo));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
     bind_book(gpu, svo);
     kd_gpu_dispatch_linear(gpu, state->programs[SVO_EMPTY], groups(svo->node_capacity));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
@@ -60,8 +59,11 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     else
         kd_gpu_fill_buffer(gpu, svo->book, first, dense_bytes(svo), 0);
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
-    if (scene->one_layer)
-        empty_tree(gpu, state, svo);
+    if (scene->one_layer) { /* what held something is to be emptied, or filled anew */
+        kd_gpu_copy_buffer(gpu, svo->book, (size_t)svo->places.others.x * 4, svo->book, first,
+                           dense_bytes(svo));
+        svo_empty_nodes(gpu, state, svo);
+    }
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 

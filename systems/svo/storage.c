@@ -276,8 +276,8 @@ void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scen
     kd_gpu_write_buffer(gpu, svo->uniform, 0, &p, sizeof p);
 }
 
-static void view(kd_gpu *gpu, uint32_t *viewed, kd_gpu_texture *texture, kd_gpu_buffer buffer,
-                 kd_texture_format format)
+void svo_view(kd_gpu *gpu, uint32_t *viewed, kd_gpu_texture *texture, kd_gpu_buffer buffer,
+              kd_texture_format format)
 {
     if (*viewed == buffer.id)
         return;
@@ -308,8 +308,8 @@ void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxe
     tree->dynamic_voxels = scene->pages[KD_LAYER_DYNAMIC].voxel_count;
     tree->resident_voxels = tree->static_voxels + tree->dynamic_voxels;
     count_voxels(scene, tree);
-    view(gpu, &state->texel_viewed[0], &tree->index, svo->index, KD_R32UI);
-    view(gpu, &state->texel_viewed[1], &tree->nodes, svo->nodes, KD_R32UI);
-    view(gpu, &state->texel_viewed[2], &tree->leaves, svo->leaves, KD_RG32UI);
-    view(gpu, &state->texel_viewed[3], &tree->data, svo->data, KD_RG32UI);
+    svo_view(gpu, &state->texel_viewed[0], &tree->index, svo->index, KD_R32UI);
+    svo_view(gpu, &state->texel_viewed[1], &tree->nodes, svo->nodes, KD_R32UI);
+    svo_view(gpu, &state->texel_viewed[2], &tree->leaves, svo->leaves, KD_RG32UI);
+    svo_view(gpu, &state->texel_viewed[3], &tree->data, svo->data, KD_RG32UI);
 }

@@ -10,11 +10,77 @@
 #include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
 
+static const char *const program_paths[SVO_PROGRAM_COUNT] = {
+    [SVO_ACCUMULATE] = "shaders/svo/accumulate.comp",
+    [SVO_ACCUMULATE_STATIC] = "shaders/svo/accumulate_static.comp",
+    [SVO_PACK] = "shaders/svo/pack.comp",
+    [SVO_PACK_STATIC] = "shaders/svo/pack_static.comp",
+    [SVO_MERGE] = "shaders/svo/merge.comp",
+    [SVO_MERGE_STALE] = "shaders/svo/merge.comp",
+    [SVO_REDUCE] = "shaders/svo/reduce.comp",
+    [SVO_DIFF] = "shaders/svo/diff.comp",
+    [SVO_VANISH] = "shaders/svo/vanish.comp",
+    [SVO_COME] = "shaders/svo/come.comp",
+    [SVO_SETTLE] = "shaders/svo/settle.comp",
+    [SVO_EMPTY] = "shaders/svo/empty.comp",
+    [SVO_TOUCHED] = "shaders/svo/touched.comp",
+    [SVO_ARGS] = "shaders/svo/args.comp",
+    [SVO_FILTER_SPARSE] = "shaders/svo/filter_sparse.comp",
+    [SVO_DENSE_LIST] = "shaders/svo/dense_list.comp",
+    [SVO_FILTER_DENSE] = "shaders/svo/filter_dense.comp",
+    [SVO_FILTER_UP] = "shaders/svo/filter_up.comp",
+    [SVO_ABOVE_LIST] = "shaders/svo/above_list.comp",
+    [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
+    [SVO_TAKEN_ADD] = "shaders/svo/taken_add.comp",
+    [SVO_TAKEN_MARK] = "shaders/svo/taken_mark.comp",
+    [SVO_TAKEN_LEVEL] = "shaders/svo/taken_level.comp",
+    [SVO_TAKEN_LIST] = "shaders/svo/taken_list.comp",
+    [SVO_TAKEN_SETTLE] = "shaders/svo/taken_settle.comp",
+    [SVO_TAKEN_PACK] = "shaders/svo/taken_pack.comp",
+};
+
+static bool compile(kd_gpu *gpu, svo_state *state, int first, int end, bool atomic)
+{
+    const char *stale[] = {"KD_STALE 1", NULL}, *take[] = {"KD_TAKE 1", NULL};
+    bool all = true;
+    for (int i = first; i < end; i++) {
+        const char *const *defines = i == SVO_MERGE_STALE           ? stale
+                                     : i == SVO_TAKEN_ADD && atomic ? take
+                                                                    : NULL;
+        state->programs[i] =
+            kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = program_paths[i], .defines = defines});
+        all = all && state->programs[i].id;
+    }
+    return all;
+}
+
+/* Buffers, and the programs of the build that was chosen. */
+static kd_status make(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+{
+    kd_status status = svo_make(gpu, svo, scene);
+    bool taken = scene->build != KD_SVO_BUILD_ORDERFREE, atomic = scene->build == KD_SVO_BUILD_ATOMIC;
+    if (!status && taken && !compile(gpu, state, SVO_TAKEN, SVO_PROGRAM_COUNT, atomic))
+        status = KD_GPU;
+    return status;
+}
+
+static void say_layers(const kd_settings *settings)
+{
+    if (settings->svo_build != KD_SVO_BUILD_ORDERFREE && settings->svo_layers != KD_SVO_LAYERS_ONE)
+        kd_log(KD_LOG_WARNING,
+               "svo.build=%s makes the whole tree in every frame; it is used with "
+               "svo.layers=one (say so to be rid of this message)",
+               settings->svo_build == KD_SVO_BUILD_ATOMIC ? "atomic" : "levels");
+}
+
 static void prepare(kd_system_context *context)
 {
     kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
     kd_svo *svo = kd_singleton(context->world, kd_svo);
-    if (!svo->masks.id && !svo->failed && svo_make(context->gpu, svo, scene) != KD_OK) {
+    bool first = !svo->masks.id && !svo->failed;
+    if (first)
+        say_layers(&kd_singleton(context->world, kd_frame)->settings);
+    if (first && make(context->gpu, context->user, svo, scene) != KD_OK) {
         kd_log(KD_LOG_ERROR, "octree: no room for %u cascades of %u^3; choose a smaller voxels.resolution",
                scene->cascade_count, scene->resolution);
         svo_destroy(context->gpu, svo);
@@ -96,6 +162,10 @@ static bool has_changed(const svo_state *state, const kd_voxel_scene *scene)
            scene->pages[KD_LAYER_DYNAMIC].segment_count > 0 || scene->one_layer;
 }
 
+static svo_build *const builds[] = {[KD_SVO_BUILD_ORDERFREE] = svo_build_orderfree,
+                                    [KD_SVO_BUILD_ATOMIC] = svo_build_atomic,
+                                    [KD_SVO_BUILD_LEVELS] = svo_build_levels};
+
 static void build(kd_system_context *context)
 {
     svo_state *state = context->user;
@@ -110,12 +180,7 @@ static void build(kd_system_context *context)
     svo_begin_nodes(gpu, state, svo, scene);
     if (has_changed(state, scene)) {
         kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
-        svo_build_dynamic(gpu, state, svo, scene);
-        if (scene->static_changed)
-            svo_sum_static(gpu, state, svo, scene);
-        svo_build_nodes(gpu, state, svo, scene);
-        if (scene->static_changed)
-            svo_pack_static(gpu, state, svo, scene);
+        builds[scene->build](gpu, state, svo, scene);
     }
     state->dynamic_before = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
@@ -136,41 +201,11 @@ static void filter(kd_system_context *context)
         svo_filter(context->gpu, context->user, svo);
 }
 
-static const char *const program_paths[SVO_PROGRAM_COUNT] = {
-    [SVO_ACCUMULATE] = "shaders/svo/accumulate.comp",
-    [SVO_ACCUMULATE_STATIC] = "shaders/svo/accumulate_static.comp",
-    [SVO_PACK] = "shaders/svo/pack.comp",
-    [SVO_PACK_STATIC] = "shaders/svo/pack_static.comp",
-    [SVO_MERGE] = "shaders/svo/merge.comp",
-    [SVO_MERGE_STALE] = "shaders/svo/merge.comp",
-    [SVO_REDUCE] = "shaders/svo/reduce.comp",
-    [SVO_DIFF] = "shaders/svo/diff.comp",
-    [SVO_VANISH] = "shaders/svo/vanish.comp",
-    [SVO_COME] = "shaders/svo/come.comp",
-    [SVO_SETTLE] = "shaders/svo/settle.comp",
-    [SVO_EMPTY] = "shaders/svo/empty.comp",
-    [SVO_TOUCHED] = "shaders/svo/touched.comp",
-    [SVO_ARGS] = "shaders/svo/args.comp",
-    [SVO_FILTER_SPARSE] = "shaders/svo/filter_sparse.comp",
-    [SVO_DENSE_LIST] = "shaders/svo/dense_list.comp",
-    [SVO_FILTER_DENSE] = "shaders/svo/filter_dense.comp",
-    [SVO_FILTER_UP] = "shaders/svo/filter_up.comp",
-    [SVO_ABOVE_LIST] = "shaders/svo/above_list.comp",
-    [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
-};
-
 static kd_status init(kd_system_context *context)
 {
     svo_state *s = context->user;
     kd_gpu *gpu = context->gpu;
-    const char *stale[] = {"KD_STALE 1", NULL};
-    bool all = true;
-    for (int i = 0; i < SVO_PROGRAM_COUNT; i++) {
-        s->programs[i] =
-            kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = program_paths[i],
-                                                            .defines = i == SVO_MERGE_STALE ? stale : NULL});
-        all = all && s->programs[i].id;
-    }
+    bool all = compile(gpu, s, 0, SVO_TAKEN, false);
     s->readback = kd_gpu_make_readback(gpu, KD_COUNT_WORDS * 4, 4, "svo.counters");
     kd_status status = kd_gpu_rank_init(gpu, &s->rank);
     return all && s->readback.id ? status : KD_GPU;
@@ -186,6 +221,8 @@ static void fini(kd_system_context *context)
     kd_gpu_texture views[] = {tree->index, tree->nodes, tree->leaves, tree->data};
     for (size_t i = 0; i < sizeof views / sizeof *views; i++)
         kd_gpu_destroy_texture(gpu, views[i]);
+    for (int i = 0; i < 3; i++)
+        kd_gpu_destroy_texture(gpu, s->cache_views[i]);
     kd_gpu_destroy_readback(gpu, s->readback);
     kd_gpu_rank_fini(gpu, &s->rank);
     svo_destroy(gpu, kd_singleton(context->world, kd_svo));
@@ -220,13 +257,13 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                .where = KD_ON_GPU,
                .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_CHANGES(kd_tree),
                               KD_USES(kd_frame)},
-               .resources = {{"voxels.pages", KD_USE_STORAGE_READ},
-                             {"voxels.objects", KD_USE_STORAGE_READ},
+               .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                             {"voxels.objects", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
                              {"voxels.chunks", KD_USE_STORAGE_READ},
-                             {"voxels.cache", KD_USE_STORAGE_READ},
+                             {"voxels.cache", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
                              {"voxels.stale", KD_USE_STORAGE_READ | KD_USE_INDIRECT | KD_USE_COPY_READ},
                              {"tree.uniform", KD_USE_UNIFORM | KD_USE_COPY_WRITE},
-                             {"svo.masks", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                             {"svo.masks", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
                              {"svo.fresh", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
                              {"svo.ranks", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ},
                              {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
@@ -238,7 +275,8 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                                                   KD_USE_COPY_READ | KD_USE_COPY_WRITE},
                              {"tree.nodes", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_READ |
                                                 KD_USE_COPY_WRITE},
-                             {"tree.leaves", KD_USE_COPY_READ | KD_USE_COPY_WRITE},
+                             {"tree.leaves", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_READ |
+                                                 KD_USE_COPY_WRITE},
                              {"tree.data", KD_USE_COPY_READ | KD_USE_COPY_WRITE}},
                .run_if = kd_frame_needs_voxels,
                .no_commands = true,

@@ -16,7 +16,7 @@
 enum { GROUP = 128 };
 
 typedef struct transform_state {
-    kd_gpu_program dynamic, patches, cull, cull_args, mark_static;
+    kd_gpu_program dynamic, unmarked, patches, cull, cull_args, mark_static;
     kd_gpu_texture joints, geometry, indices; /* texel buffer views */
     uint32_t viewed[3];                       /* the buffers they were made of */
     kd_gpu_buffer none;
@@ -70,7 +70,8 @@ static void transform_dynamic(kd_system_context *context, transform_state *state
     kd_gpu_bind_storage(gpu, 5, pages->voxels);
     kd_gpu_bind_storage_range(gpu, 6, svo->masks, mask_bytes, mask_bytes);
     bind_deforming(context, state);
-    kd_gpu_dispatch(gpu, state->dynamic, KD_SEGMENT_VOXELS / GROUP, slots, 1);
+    kd_gpu_dispatch(gpu, scene->build == KD_SVO_BUILD_ORDERFREE ? state->dynamic : state->unmarked,
+                    KD_SEGMENT_VOXELS / GROUP, slots, 1);
     state->bytes += pages->voxel_count * (8 + 12 + 4);
 }
 
@@ -165,22 +166,26 @@ static kd_status init(kd_system_context *context)
 {
     transform_state *state = context->user;
     kd_gpu *gpu = context->gpu;
+    const char *unmarked[] = {"KD_UNMARKED 1", NULL};
     state->dynamic = program(gpu, "shaders/voxel_transform/transform.comp");
+    state->unmarked =
+        kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_transform/transform.comp",
+                                                        .defines = unmarked});
     state->patches = program(gpu, "shaders/voxel_transform/patches.comp");
     state->cull = program(gpu, "shaders/voxel_transform/cull.comp");
     state->cull_args = program(gpu, "shaders/voxel_transform/cull_args.comp");
     state->mark_static = program(gpu, "shaders/voxel_transform/mark_static.comp");
     state->none = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "none"});
-    bool all = state->dynamic.id && state->patches.id && state->cull.id && state->cull_args.id &&
-               state->mark_static.id;
+    bool all = state->dynamic.id && state->unmarked.id && state->patches.id && state->cull.id &&
+               state->cull_args.id && state->mark_static.id;
     return all && state->none.id ? KD_OK : KD_GPU;
 }
 
 static void fini(kd_system_context *context)
 {
     transform_state *state = context->user;
-    kd_gpu_program programs[] = {state->dynamic, state->patches, state->cull, state->cull_args,
-                                 state->mark_static};
+    kd_gpu_program programs[] = {state->dynamic, state->unmarked,  state->patches,
+                                 state->cull,    state->cull_args, state->mark_static};
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
         kd_gpu_destroy_program(context->gpu, programs[i]);
     kd_gpu_destroy_texture(context->gpu, state->joints);

@@ -1,0 +1,121 @@
+/* What the builds `atomic` and `levels` share: nodes and cells take their numbers from counters, in the order
+ * in which threads come. The tree is empty before (svo_begin_nodes); after it the tables are those of any
+ * other build. Cells lie beside their leaves, as static cells do. */
+#include "runtime/core/log.h"
+#include "shaders/shared/bindings.h"
+#include "systems/svo/internal.h"
+
+void svo_bind_taken(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene)
+{
+    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 1, pages->segments);
+    kd_gpu_bind_storage(gpu, 2, pages->voxels);
+    kd_gpu_bind_storage(gpu, 3, svo->index);
+    kd_gpu_bind_storage(gpu, 4, svo->nodes);
+    kd_gpu_bind_storage(gpu, 5, svo->leaves);
+    kd_gpu_bind_storage(gpu, 6, svo->sums);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
+}
+
+void svo_add_taken(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+{
+    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
+    const kd_gpu_buffer buffers[] = {scene->cache_shape, scene->cache_color, scene->object_params};
+    const kd_texture_format formats[] = {KD_RG32UI, KD_R32UI, KD_RGBA32F};
+    uint32_t slots = pages->page_count * KD_PAGE_SEGMENTS, pass[4] = {svo->dynamic_room, 0, slots, 0};
+    for (uint32_t i = 0; i < 3; i++) {
+        svo_view(gpu, &state->cache_viewed[i], &state->cache_views[i], buffers[i], formats[i]);
+        kd_gpu_bind_texture(gpu, i, state->cache_views[i]);
+    }
+    svo_bind_taken(gpu, svo, scene);
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_TAKEN_ADD], slots * (KD_SEGMENT_VOXELS / 128));
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    state->bytes_build += pages->voxel_count * (12 + 4 + 4 + 11 * 8);
+}
+
+/* Bits of masks, counts in the cascades and lists of work from the tables. */
+static void finish(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
+{
+    uint32_t levels = svo_levels(svo), settle[4] = {svo->dynamic_room, 0, 0, 0},
+             pack[4] = {svo->dynamic_room, levels - 1, 0, 0};
+    for (uint32_t l = 0; l < levels; l++) {
+        uint32_t pass[4] = {l, 0, 0, 0};
+        svo_args(gpu, state, svo, KD_COUNT_NEED + l, svo->node_capacity, 1, KD_ARGS_LIST);
+        kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+        kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current]);
+        kd_gpu_bind_storage(gpu, 7, svo->book);
+        kd_gpu_dispatch_indirect(gpu, state->programs[SVO_TAKEN_LIST], svo->counters, KD_ARGS_LIST * 4);
+        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    }
+    kd_gpu_bind_uniform(gpu, 0, settle, sizeof settle);
+    kd_gpu_dispatch(gpu, state->programs[SVO_TAKEN_SETTLE], 1, 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 8, KD_ARGS_ALL);
+    kd_gpu_bind_uniform(gpu, 0, pack, sizeof pack);
+    kd_gpu_bind_storage(gpu, 1, svo->sums);
+    kd_gpu_bind_storage(gpu, 2, svo->leaves);
+    kd_gpu_bind_storage(gpu, 3, svo->static_surface);
+    kd_gpu_bind_storage(gpu, 4, svo->static_emission);
+    kd_gpu_bind_storage_range(gpu, 5, svo->masks, 0, (size_t)svo->layer_words * 4);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
+    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_TAKEN_PACK], svo->counters, KD_ARGS_ALL * 4);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+}
+
+static void make_once(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
+                      svo_build *fill)
+{
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_DYNAMIC * 4, 4, 0);
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_NEED * 4, KD_MAX_NODE_LEVELS * 4, 0);
+    kd_gpu_fill_buffer(gpu, svo->masks, 0, (size_t)svo->layer_words * 4, 0);
+    svo_empty_sums(gpu, svo, svo->dynamic_room);
+    if (scene->pages[KD_LAYER_DYNAMIC].segment_count)
+        fill(gpu, state, svo, scene);
+    finish(gpu, state, svo);
+}
+
+/* Room for nodes and cells; less than that is what there is. */
+static void reserve(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene, uint64_t nodes, uint64_t cells)
+{
+    uint64_t most = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes;
+    uint64_t most_nodes = most / (8 * 8), most_cells = most / (KD_SUM_WORDS * 4);
+    if (nodes > most_nodes)
+        nodes = most_nodes;
+    if (cells > most_cells)
+        cells = most_cells;
+    if (svo_reserve_nodes(gpu, svo, (uint32_t)nodes) != KD_OK ||
+        svo_reserve_sums(gpu, svo, (uint32_t)cells) != KD_OK)
+        kd_log(KD_LOG_WARNING, "octree: no room for %llu nodes and %llu cells; some voxels are left out",
+               (unsigned long long)nodes, (unsigned long long)cells);
+    svo->dynamic_room = svo->sum_capacity;
+    svo_write_params(gpu, svo, scene);
+}
+
+/* Twice the room where there was too little, once for each time; false when all had room, or no more is to be
+ * had. */
+static bool grow(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
+{
+    uint32_t nodes = svo->node_capacity, cells = svo->dynamic_room;
+    bool short_of_nodes = false;
+    for (uint32_t l = 0; l < svo_levels(svo); l++)
+        short_of_nodes = short_of_nodes || svo_read_counter(gpu, svo, KD_COUNT_NEED + l) > nodes;
+    bool short_of_cells = svo_read_counter(gpu, svo, KD_COUNT_FRESH) > cells;
+    if (!short_of_nodes && !short_of_cells)
+        return false;
+    reserve(gpu, svo, scene, short_of_nodes ? 2ull * nodes : nodes, short_of_cells ? 2ull * cells : cells);
+    return svo->node_capacity > nodes || svo->dynamic_room > cells;
+}
+
+void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, svo_build *fill)
+{
+    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
+    svo->current ^= 1;
+    if (pages->changed) /* surfaces share two to three cells a voxel in any pose, and up to one leaf parent */
+        reserve(gpu, svo, scene, pages->voxel_count + 1024, 3 * pages->voxel_count + 1024);
+    do {
+        svo_empty_nodes(gpu, state, svo);
+        make_once(gpu, state, svo, scene, fill);
+    } while (pages->changed && grow(gpu, svo, scene));
+}
