@@ -54,6 +54,8 @@ typedef struct kd_voxel_cache {
     uint32_t first_chunk, chunk_count;
     uint32_t voxel_count;
     uint32_t wanted_at; /* run of system voxel_objects in which an object last wanted it */
+    uint32_t due;       /* frames until an object will need it, if the camera goes on as it does; 0: now */
+    float work;         /* estimated, to make it; 0: not estimated yet */
     uint32_t next;      /* plus one: in its chain of the table of caches, or of free entries */
 } kd_voxel_cache;
 
@@ -77,6 +79,7 @@ typedef struct kd_voxel_object {
     uint32_t first_matrix; /* skinned: in this frame's joint palette */
     kd_vec3 bounds_min_ws, bounds_max_ws;
     kd_vec3 placed_min_ws, placed_max_ws; /* bounds with which it last came into pages */
+    uint32_t ahead;     /* bits of the cascades whose caches are asked for ahead in this frame */
     uint32_t repaged;   /* bits of the cascades whose segments went this frame to come in again elsewhere */
     float cached_scale; /* largest axis scale its caches were made for */
     uint32_t caches[KD_MAX_CASCADES]; /* kd_voxel_scene.caches plus one; 0: none yet */

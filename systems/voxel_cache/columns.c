@@ -69,3 +69,36 @@ kd_status columns_list(const kd_primitive_desc *primitive, const kd_voxel_chunk 
     *out = (kd_columns){.rows = rows, .triangles = triangles, .columns = (uint32_t)total};
     return KD_OK;
 }
+
+/* Cells along one axis of what [a, b] has in [low, high], with the margin of cell_range. */
+static float cells_along(float a, float b, float low, float high, float span)
+{
+    float from = fmaxf(a, low), to = fminf(b, high);
+    return from <= to ? (to - from) / span + 3.0f : 0;
+}
+
+float columns_estimate(const kd_primitive_desc *primitive, const kd_voxel_cache *cache)
+{
+    const kd_voxel_tile *tile = &cache->tile;
+    float low[3] = {-INFINITY, -INFINITY, -INFINITY}, high[3] = {INFINITY, INFINITY, INFINITY}, total = 0;
+    for (int k = 0; k < 3 && tile->tiled; k++) {
+        low[k] = (float)(&tile->x)[k] * tile->edge;
+        high[k] = low[k] + tile->edge;
+    }
+    for (uint32_t t = 0; t + 2 < primitive->index_count; t += 3) {
+        const kd_vec3 *p[3];
+        for (uint32_t i = 0; i < 3; i++)
+            p[i] = &primitive->positions[primitive->indices[t + i]];
+        kd_vec3 n = kd_vec3_cross(kd_vec3_sub(*p[1], *p[0]), kd_vec3_sub(*p[2], *p[0]));
+        float size[3];
+        for (int k = 0; k < 3; k++) {
+            float a = (&p[0]->x)[k], b = (&p[1]->x)[k], c = (&p[2]->x)[k];
+            size[k] = cells_along(fminf(a, fminf(b, c)), fmaxf(a, fmaxf(b, c)), low[k], high[k], cache->span);
+        }
+        float a[3] = {fabsf(n.x), fabsf(n.y), fabsf(n.z)};
+        int axis = a[0] >= a[1] && a[0] >= a[2] ? 0 : a[1] >= a[2] ? 1 : 2;
+        if (size[axis] > 0)
+            total += size[(axis + 1) % 3] * size[(axis + 2) % 3];
+    }
+    return total;
+}

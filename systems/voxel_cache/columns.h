@@ -17,4 +17,8 @@ typedef struct kd_columns {
  * KD_NO_MEMORY, KD_TOO_LARGE above 2^31 columns. */
 kd_status columns_list(const kd_primitive_desc *primitive, const kd_voxel_chunk *chunk, kd_columns *out);
 
+/** Estimate how many columns all triangles of a cache's primitive have, or those that lie in its tile,
+ * without listing them. */
+float columns_estimate(const kd_primitive_desc *primitive, const kd_voxel_cache *cache);
+
 #endif

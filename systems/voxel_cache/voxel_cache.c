@@ -1,5 +1,6 @@
 /* System voxel_cache: makes the caches that system voxel_objects asked for (entries of kd_voxel_scene.caches
- * that are not made yet), in model space, once per primitive and span. A steady frame finds nothing to do. */
+ * that are not made yet), in model space, once per primitive and span; those that are not needed yet a few a
+ * frame. A steady frame finds nothing to do. */
 #include "systems/voxel_cache/voxel_cache.h"
 
 #include <stdlib.h>
@@ -13,6 +14,7 @@
 #include "systems/voxel_cache/key.h"
 #include "systems/voxel_cache/load.h"
 #include "systems/voxel_cache/maker.h"
+#include "systems/voxel_cache/plan.h"
 
 /* Frames without work after which working memory is freed and the cache cut to what is in use. */
 #define REST_FRAMES 64
@@ -25,6 +27,7 @@ typedef struct cache_state {
     voxel_keys keys;
     voxel_disk disk;
     voxel_loads loads;
+    voxel_plan plan;
     kd_job_counter saving; /* files that are being written */
     uint32_t idle_frames;
 } cache_state;
@@ -121,18 +124,16 @@ static bool find_level(cache_state *state, const kd_voxel_scene *scene, uint32_t
     return loads_add(&state->loads, number, key, given, &own) == KD_OK;
 }
 
-static void make_wanted(kd_system_context *context, cache_state *state, kd_voxel_scene *scene)
+static void make_listed(kd_system_context *context, cache_state *state, kd_voxel_scene *scene)
 {
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     bool files = scene->given || state->disk.folder[0];
-    for (uint32_t i = 0; i < scene->cache_count && scene->unmade && !kd_gpu_failed(context->gpu); i++) {
-        const kd_voxel_cache *cache = &scene->caches[i];
+    for (uint32_t i = 0; i < state->plan.count && !kd_gpu_failed(context->gpu); i++) {
+        uint32_t number = state->plan.items[i].cache;
         kd_voxel_key key;
-        if (!cache->alive || cache->made)
-            continue;
-        bool keyed = files && keys_of(&state->keys, store, scene, cache, &key);
-        if (!keyed || !find_level(state, scene, i, key))
-            make_one(context, state, scene, i, keyed ? &key : NULL);
+        bool keyed = files && keys_of(&state->keys, store, scene, &scene->caches[number], &key);
+        if (!keyed || !find_level(state, scene, number, key))
+            make_one(context, state, scene, number, keyed ? &key : NULL);
         else if (state->loads.voxels > LOAD_VOXELS)
             finish_loads(context, state, scene);
     }
@@ -176,8 +177,10 @@ static void run(kd_system_context *context)
     kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
     if (!kd_singleton(context->world, kd_frame)->settings.voxels_cache)
         state->disk.folder[0] = '\0';
+    if (scene->unmade && plan_choose(&state->plan, scene) != KD_OK)
+        kd_log(KD_LOG_WARNING, "out of memory for voxel caches; indirect light lacks some");
     if (scene->unmade)
-        make_wanted(context, state, scene);
+        make_listed(context, state, scene);
     else
         rest(context->gpu, state, scene);
 }
@@ -217,6 +220,7 @@ static void fini(kd_system_context *context)
         kd_jobs_wait(context->jobs, &state->saving);
     disk_fini(&state->disk);
     loads_fini(&state->loads);
+    plan_fini(&state->plan);
     keys_fini(&state->keys);
     maker_fini(context->gpu, &state->maker, scene);
     free(state);

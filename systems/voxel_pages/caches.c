@@ -151,24 +151,45 @@ static kd_status add(voxel_caches *t, kd_voxel_scene *scene, const kd_voxel_cach
     return KD_OK;
 }
 
+/* Number plus one of the cache that serves an object in cascade c; entered when there is none. */
+static kd_status ensure(voxel_caches *t, kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c,
+                        uint32_t *number)
+{
+    float span = span_of(scene, o, c);
+    const kd_voxel_cache key = {.alive = true,
+                                .primitive = o->primitive,
+                                .material = o->material,
+                                .desc = o->desc,
+                                .kind = o->kind,
+                                .span = span,
+                                .phase = lattice_phase(o, span),
+                                .tile = o->tile};
+    *number = find(t, scene, &key);
+    return *number ? KD_OK : add(t, scene, &key, number);
+}
+
 kd_status caches_want(voxel_caches *t, kd_voxel_scene *scene, kd_voxel_object *o, uint32_t c)
 {
-    if (!o->caches[c]) {
-        float span = span_of(scene, o, c);
-        const kd_voxel_cache key = {.alive = true,
-                                    .primitive = o->primitive,
-                                    .material = o->material,
-                                    .desc = o->desc,
-                                    .kind = o->kind,
-                                    .span = span,
-                                    .phase = lattice_phase(o, span),
-                                    .tile = o->tile};
-        o->caches[c] = find(t, scene, &key);
-        kd_status status = o->caches[c] ? KD_OK : add(t, scene, &key, &o->caches[c]);
-        if (status)
-            return status;
-    }
-    scene->caches[o->caches[c] - 1].wanted_at = t->run;
+    kd_status status = o->caches[c] ? KD_OK : ensure(t, scene, o, c, &o->caches[c]);
+    if (status)
+        return status;
+    kd_voxel_cache *cache = &scene->caches[o->caches[c] - 1];
+    cache->wanted_at = t->run;
+    cache->due = 0;
+    return KD_OK;
+}
+
+kd_status caches_want_ahead(voxel_caches *t, kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c,
+                            uint32_t frames)
+{
+    uint32_t number, before = t->live;
+    kd_status status = ensure(t, scene, o, c, &number);
+    if (status)
+        return status;
+    kd_voxel_cache *cache = &scene->caches[number - 1];
+    if (t->live > before || cache->wanted_at != t->run)
+        cache->due = frames;
+    cache->wanted_at = t->run;
     return KD_OK;
 }
 
@@ -177,6 +198,7 @@ static void release(voxel_caches *t, kd_voxel_scene *scene, uint32_t number)
     kd_voxel_cache *cache = &scene->caches[number];
     unchain(t, scene, number);
     kd_voxel_cache_drop(scene, cache);
+    scene->unmade -= !cache->made;
     *cache = (kd_voxel_cache){.next = t->free_head};
     t->free_head = number + 1;
     t->live--;
@@ -186,7 +208,7 @@ void caches_end_run(voxel_caches *t, kd_voxel_scene *scene)
 {
     for (uint32_t i = 0; i < scene->cache_count; i++) {
         const kd_voxel_cache *c = &scene->caches[i];
-        if (c->alive && c->made && t->run - c->wanted_at > KEEP_RUNS)
+        if (c->alive && t->run - c->wanted_at > (c->made ? KEEP_RUNS : 0))
             release(t, scene, i);
     }
     t->run++;

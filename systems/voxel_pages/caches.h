@@ -17,7 +17,13 @@ typedef struct voxel_caches {
  * KD_NO_MEMORY */
 kd_status caches_want(voxel_caches *table, kd_voxel_scene *scene, kd_voxel_object *object, uint32_t c);
 
-/** End a run: give back caches that nothing has wanted for KD_CACHE_KEEP runs. */
+/** The same for an object that will come to the cascade in so many frames, if the camera goes on as it does.
+ */
+kd_status caches_want_ahead(voxel_caches *table, kd_voxel_scene *scene, const kd_voxel_object *object,
+                            uint32_t c, uint32_t frames);
+
+/** End a run: give back caches that nothing has wanted for KEEP_RUNS runs, and those that are not wanted any
+ * more before they were made. */
 void caches_end_run(voxel_caches *table, kd_voxel_scene *scene);
 
 void caches_fini(voxel_caches *table, kd_voxel_scene *scene);

@@ -17,6 +17,8 @@ typedef struct voxel_objects {
     uint32_t free_head; /* free objects are chained through kd_voxel_object.primitive, plus one */
     uint32_t live;
     voxel_caches caches;
+    kd_vec3 focus; /* of the frame before; see ahead.c */
+    bool focused;  /* there was one */
 } voxel_objects;
 
 /** What an object is this frame. */

@@ -12,28 +12,35 @@ static float centre_on_axis(float focus, float low, float high, float half)
     return fminf(fmaxf(focus, low + half), high - half);
 }
 
-void placement_update(kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 bounds_min, kd_vec3 bounds_max)
+void placement_cells(const kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 bounds_min, kd_vec3 bounds_max,
+                     int32_t cells[KD_MAX_CASCADES][3])
 {
-    uint32_t n = scene->cascade_count, outer = n - 1;
     float half = 0.5f * (float)scene->resolution * scene->span[0];
-    float snap = scene->span[outer] * (float)(scene->resolution / KD_DENSE);
+    float snap = scene->span[scene->cascade_count - 1] * (float)(scene->resolution / KD_DENSE);
     const float *f = &focus.x, *low = &bounds_min.x, *high = &bounds_max.x;
-    bool moved = false;
-    memcpy(scene->previous_cells, scene->origin_cells, sizeof scene->previous_cells);
     for (int k = 0; k < 3; k++) {
         float centre = centre_on_axis(f[k], low[k], high[k], half);
         float snapped = floorf(centre / snap + 0.5f) * snap;
-        for (uint32_t c = 0; c < n; c++) {
-            float *origin = &scene->origin_ws[c].x + k;
-            /* in whole cells, so that the lattice stays the same wherever the camera goes */
-            float cells = floorf(snapped / scene->span[c] + 0.5f) - (float)(scene->resolution / 2);
-            float value = cells * scene->span[c];
-            moved |= value != *origin;
-            *origin = value;
-            scene->origin_cells[c][k] = (int32_t)cells;
-        }
+        for (uint32_t c = 0; c < scene->cascade_count; c++) /* whole, so that the lattice stays the same */
+            cells[c][k] = (int32_t)(floorf(snapped / scene->span[c] + 0.5f) - (float)(scene->resolution / 2));
     }
-    scene->moved = moved;
+}
+
+/* Low corner of cascade c whose first cell is given. */
+static kd_vec3 corner(const kd_voxel_scene *scene, int32_t cells[][3], uint32_t c)
+{
+    const float span = scene->span[c];
+    return (kd_vec3){(float)cells[c][0] * span, (float)cells[c][1] * span, (float)cells[c][2] * span};
+}
+
+void placement_update(kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 bounds_min, kd_vec3 bounds_max)
+{
+    memcpy(scene->previous_cells, scene->origin_cells, sizeof scene->previous_cells);
+    placement_cells(scene, focus, bounds_min, bounds_max, scene->origin_cells);
+    scene->moved = memcmp(scene->previous_cells, scene->origin_cells,
+                          scene->cascade_count * sizeof *scene->origin_cells) != 0;
+    for (uint32_t c = 0; c < scene->cascade_count; c++)
+        scene->origin_ws[c] = corner(scene, scene->origin_cells, c);
 }
 
 static bool inside(kd_vec3 low, kd_vec3 high, kd_vec3 box_low, float edge, float margin)
@@ -65,11 +72,18 @@ bool placement_includes(const kd_voxel_scene *scene, uint32_t c, kd_vec3 low, kd
     return takes_part(scene, scene->origin_ws, c, low, high);
 }
 
-bool placement_included(const kd_voxel_scene *scene, uint32_t c, kd_vec3 low, kd_vec3 high)
+bool placement_would_include(const kd_voxel_scene *scene, int32_t cells[][3], uint32_t c, kd_vec3 low,
+                             kd_vec3 high)
 {
     kd_vec3 origins[KD_MAX_CASCADES];
-    for (uint32_t i = 0; i < scene->cascade_count; i++)
-        for (int k = 0; k < 3; k++)
-            (&origins[i].x)[k] = (float)scene->previous_cells[i][k] * scene->span[i];
-    return scene->placed && takes_part(scene, origins, c, low, high);
+    for (uint32_t i = c > 0 ? c - 1 : 0; i <= c; i++)
+        origins[i] = corner(scene, cells, i);
+    return takes_part(scene, origins, c, low, high);
+}
+
+bool placement_included(const kd_voxel_scene *scene, uint32_t c, kd_vec3 low, kd_vec3 high)
+{
+    int32_t before[KD_MAX_CASCADES][3];
+    memcpy(before, scene->previous_cells, sizeof before);
+    return scene->placed && placement_would_include(scene, before, c, low, high);
 }

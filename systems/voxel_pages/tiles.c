@@ -50,12 +50,13 @@ typedef struct tile_range {
     int32_t first[3], last[3];
 } tile_range;
 
-static bool range_of(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c, float edge,
-                     tile_range *out)
+static bool range_of(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c,
+                     const int32_t cells[3], float edge, tile_range *out)
 {
-    float grid = (float)scene->resolution * scene->span[c], margin = 2 * scene->span[c];
-    kd_vec3 low = kd_vec3_sub(scene->origin_ws[c], (kd_vec3){margin, margin, margin});
-    kd_vec3 high = kd_vec3_add(scene->origin_ws[c], (kd_vec3){grid + margin, grid + margin, grid + margin});
+    float span = scene->span[c], grid = (float)scene->resolution * span, margin = 2 * span;
+    kd_vec3 low = {(float)cells[0] * span - margin, (float)cells[1] * span - margin,
+                   (float)cells[2] * span - margin};
+    kd_vec3 high = kd_vec3_add(low, (kd_vec3){grid + 2 * margin, grid + 2 * margin, grid + 2 * margin});
     kd_mat4 inverse = kd_mat4_inverse(&o->model_ws);
     transform_box(&inverse, low, high, &low, &high);
     const float *l = &low.x, *h = &high.x, *a = &o->desc->bounds_min.x, *b = &o->desc->bounds_max.x;
@@ -69,8 +70,8 @@ static bool range_of(const kd_voxel_scene *scene, const kd_voxel_object *o, uint
     return true;
 }
 
-static kd_status see_tile(voxel_objects *table, kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c,
-                          kd_voxel_tile tile)
+/* A tile of an object, as it is seen. */
+static voxel_sight sight_of_tile(const kd_voxel_object *o, uint32_t c, kd_voxel_tile tile)
 {
     kd_vec3 low = {(float)tile.x * tile.edge, (float)tile.y * tile.edge, (float)tile.z * tile.edge};
     kd_vec3 high = kd_vec3_add(low, (kd_vec3){tile.edge, tile.edge, tile.edge});
@@ -89,36 +90,59 @@ static kd_status see_tile(voxel_objects *table, kd_voxel_scene *scene, const kd_
                      .cascades = 1u << c,
                      .dynamic = o->dynamic || o->becomes_dynamic};
     transform_box(&o->model_ws, low, high, &s.bounds_min_ws, &s.bounds_max_ws);
-    return placement_includes(scene, c, s.bounds_min_ws, s.bounds_max_ws) ? objects_see(table, scene, &s)
-                                                                          : KD_OK;
+    return s;
 }
 
-static kd_status see_tiles(voxel_objects *table, kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c)
+static kd_status visit_cascade(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c,
+                               int32_t cells[KD_MAX_CASCADES][3], tile_fn *fn, void *user)
 {
     float edge = 0.5f * (float)scene->resolution * scene->span[c] / o->cached_scale;
     tile_range r;
-    if (!range_of(scene, o, c, edge, &r))
+    if (!range_of(scene, o, c, cells[c], edge, &r))
         return KD_OK;
     kd_status status = KD_OK;
     uint32_t count = 0;
     for (int32_t z = r.first[2]; z <= r.last[2] && !status; z++)
         for (int32_t y = r.first[1]; y <= r.last[1] && !status; y++)
-            for (int32_t x = r.first[0]; x <= r.last[0] && !status && count < MOST_TILES; x++, count++)
-                status = see_tile(table, scene, o, c, (kd_voxel_tile){true, x, y, z, edge});
+            for (int32_t x = r.first[0]; x <= r.last[0] && !status && count < MOST_TILES; x++, count++) {
+                voxel_sight s = sight_of_tile(o, c, (kd_voxel_tile){true, x, y, z, edge});
+                if (placement_would_include(scene, cells, c, s.bounds_min_ws, s.bounds_max_ws))
+                    status = fn(user, &s, c);
+            }
     return status;
+}
+
+kd_status tiles_visit(const kd_voxel_scene *scene, const kd_voxel_object *o,
+                      int32_t cells[KD_MAX_CASCADES][3], tile_fn *fn, void *user)
+{
+    kd_status status = KD_OK;
+    for (uint32_t c = 0; c < scene->cascade_count && !status; c++)
+        if (!o->tile.tiled && !(o->cascades >> c & 1u))
+            status = visit_cascade(scene, o, c, cells, fn, user);
+    return status;
+}
+
+typedef struct seeing {
+    voxel_objects *table;
+    kd_voxel_scene *scene;
+} seeing;
+
+static kd_status see_tile(void *user, const voxel_sight *tile, uint32_t c)
+{
+    const seeing *s = user;
+    (void)c;
+    return objects_see(s->table, s->scene, tile);
 }
 
 kd_status tiles_see(voxel_objects *table, kd_voxel_scene *scene)
 {
     uint32_t all = (1u << scene->cascade_count) - 1, count = scene->object_count;
+    seeing s = {table, scene};
     kd_status status = KD_OK;
     for (uint32_t i = 0; i < count && !status; i++) {
         kd_voxel_object o = scene->objects[i]; /* a copy: entering tiles may move the table */
-        if (!o.alive || !o.seen || o.tile.tiled || o.cascades == all)
-            continue;
-        for (uint32_t c = 0; c < scene->cascade_count && !status; c++)
-            if (!(o.cascades >> c & 1u))
-                status = see_tiles(table, scene, &o, c);
+        if (o.alive && o.seen && !o.tile.tiled && o.cascades != all)
+            status = tiles_visit(scene, &o, scene->origin_cells, see_tile, &s);
     }
     return status;
 }

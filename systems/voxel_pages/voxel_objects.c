@@ -11,6 +11,7 @@
 #include "components/transform.h"
 #include "runtime/asset/voxel_file.h"
 #include "runtime/core/log.h"
+#include "systems/voxel_pages/ahead.h"
 #include "systems/voxel_pages/objects.h"
 #include "systems/voxel_pages/placement.h"
 #include "systems/voxel_pages/tiles.h"
@@ -144,7 +145,6 @@ static void want_caches(voxel_objects *table, kd_voxel_scene *scene)
                 kd_log(KD_LOG_WARNING, "out of memory for voxel caches; indirect light lacks some");
         }
     }
-    caches_end_run(&table->caches, scene);
 }
 
 typedef struct box {
@@ -187,6 +187,9 @@ static void run(kd_system_context *context)
     if (tiles_see(table, scene) != KD_OK)
         kd_log(KD_LOG_WARNING, "out of memory for voxel objects; indirect light lacks some");
     want_caches(table, scene);
+    if (ahead_want(table, scene, focus, bounds.low, bounds.high) != KD_OK)
+        kd_log(KD_LOG_WARNING, "out of memory for voxel caches; some come late");
+    caches_end_run(&table->caches, scene);
     scene->internal = table;
 }
 
