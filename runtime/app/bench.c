@@ -2,42 +2,11 @@
 #include "runtime/app/bench.h"
 
 #include <stdio.h>
-#include <string.h>
 
+#include "runtime/app/bench_report.h"
+#include "runtime/app/voxel_bench/voxel_bench.h"
 #include "runtime/bench/bench.h"
 #include "runtime/core/file.h"
-#include "runtime/core/json.h"
-#include "runtime/core/log.h"
-
-static void put_number(kd_json *j, const char *key, double value)
-{
-    kd_json_key(j, key);
-    kd_json_double(j, value);
-}
-
-static void put_row(kd_json *j, const kd_bench_row *row)
-{
-    kd_json_object_begin(j);
-    kd_json_key(j, "bench");
-    kd_json_string(j, row->bench);
-    kd_json_key(j, "case");
-    kd_json_string(j, row->name);
-    kd_json_key(j, "n");
-    kd_json_uint(j, row->n);
-    kd_json_key(j, "threads");
-    kd_json_uint(j, row->threads);
-    kd_json_key(j, "unit");
-    kd_json_string(j, row->unit);
-    put_number(j, "median", row->median);
-    put_number(j, "min", row->min);
-    put_number(j, "max", row->max);
-    kd_json_key(j, "limit");
-    if (row->limit > 0)
-        kd_json_double(j, row->limit);
-    else
-        kd_json_null(j);
-    kd_json_object_end(j);
-}
 
 static void take_row(void *user, const kd_bench_row *row)
 {
@@ -48,46 +17,64 @@ static void take_row(void *user, const kd_bench_row *row)
     else
         printf("%11s %s\n", "-", row->unit);
     fflush(stdout);
-    put_row(user, row);
+    app_bench_report_row(user, row);
 }
 
-static kd_status measure(const app_options *options, const kd_bench_desc *desc)
+static bool wanted(const app_options *options, app_bench bench)
 {
-    bool all = options->bench == APP_BENCH_ALL;
-    kd_status status = kd_bench_limits(desc);
-    if (status == KD_OK && (all || options->bench == APP_BENCH_ECS))
-        status = kd_bench_ecs(desc);
-    if (status == KD_OK && (all || options->bench == APP_BENCH_JOBS))
-        status = kd_bench_jobs(desc);
+    return options->bench == APP_BENCH_ALL || options->bench == bench;
+}
+
+static kd_status measure_runtime(const app_options *options, kd_json *j)
+{
+    kd_bench_desc desc = {.threads = options->threads,
+                          .n = options->bench_n,
+                          .only = options->bench_case,
+                          .sink = take_row,
+                          .user = j};
+    printf("%-7s %-25s %9s %7s %11s %11s %11s %11s unit\n", "bench", "case", "n", "threads", "median", "min",
+           "max", "limit");
+    kd_status status = kd_bench_limits(&desc);
+    if (status == KD_OK && wanted(options, APP_BENCH_ECS))
+        status = kd_bench_ecs(&desc);
+    if (status == KD_OK && wanted(options, APP_BENCH_JOBS))
+        status = kd_bench_jobs(&desc);
     return status;
 }
 
-static kd_status write_json(const char *path, const kd_json *j)
+static kd_status measure(const app_options *options, kd_json *j)
 {
-    const char *text = kd_json_text(j);
-    if (!text)
-        return kd_fail(KD_NO_MEMORY, "%s: out of memory; run fewer cases with --case", path);
-    return kd_file_write(path, text, strlen(text));
+    kd_status status = KD_OK;
+    if (wanted(options, APP_BENCH_ECS) || wanted(options, APP_BENCH_JOBS))
+        status = measure_runtime(options, j);
+    if (status == KD_OK && wanted(options, APP_BENCH_VOXELS))
+        status = app_bench_voxels(options, j);
+    if (status == KD_OK && wanted(options, APP_BENCH_SVO))
+        status = app_bench_svo(options, j);
+    return status;
+}
+
+/* Find out what would fail at the end. */
+static kd_status check_output(const app_options *options)
+{
+    kd_file_out probe;
+    kd_status status = options->json ? kd_file_out_open(&probe, options->json) : KD_OK;
+    if (options->json && status == KD_OK)
+        kd_file_out_cancel(&probe);
+    return status;
 }
 
 kd_status app_bench_run(const app_options *options)
 {
     kd_json j = {.indent = 1};
-    kd_bench_desc desc = {.threads = options->threads,
-                          .n = options->bench_n,
-                          .only = options->bench_case,
-                          .sink = take_row,
-                          .user = &j};
-    kd_json_object_begin(&j);
-    kd_json_key(&j, "rows");
-    kd_json_array_begin(&j);
-    printf("%-7s %-25s %9s %7s %11s %11s %11s %11s unit\n", "bench", "case", "n", "threads", "median", "min",
-           "max", "limit");
-    kd_status status = measure(options, &desc);
-    kd_json_array_end(&j);
-    kd_json_object_end(&j);
+    kd_status status = check_output(options);
+    if (status != KD_OK)
+        return status;
+    app_bench_report_begin(&j);
+    status = measure(options, &j);
+    app_bench_report_end(&j);
     if (status == KD_OK && options->json)
-        status = write_json(options->json, &j);
+        status = app_bench_report_write(&j, options->json);
     kd_json_fini(&j);
     return status;
 }

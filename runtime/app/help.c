@@ -36,7 +36,8 @@ static void print_command(const app_command_row *row)
                "turned.\n");
     if (row->command == APP_BENCH)
         printf("\nEach row: median, least and most of 9 or more samples, and the limit measured in the same "
-               "run: plain arrays,\na plain copy, or the serial work divided by the threads.\n");
+               "run: plain arrays,\na plain copy, or the serial work divided by the threads. voxels and svo run a "
+               "SCENE (default: the demo's).\n");
     if (options)
         printf("\n");
     for (const app_option_row *option = options; option && option->name; option++) {

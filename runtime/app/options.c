@@ -57,7 +57,8 @@ const app_command_row app_commands[] = {
      "measure techniques against the path traced picture, or one picture against another"},
     {"voxelize", APP_VOXELIZE, "SCENE", "write the voxels of a model or a scenario to a .kvox file"},
     {"info", APP_INFO, "FILE", "list what a model or a .kvox file holds"},
-    {"bench", APP_BENCH, "[ecs|jobs|all]", "measure the ECS and the jobs beside this machine's limits"},
+    {"bench", APP_BENCH, "[ecs|jobs|voxels|svo|all] [SCENE]",
+     "measure the ECS, the jobs or the voxel scene beside this machine's limits"},
     {"doctor", APP_DOCTOR, NULL, "list every way to a GPU or software driver, and what is missing"},
     {"help", APP_HELP, "[COMMAND]", "explain the program, a command, `settings` or `scenario`"},
     {NULL, APP_HELP, NULL, NULL},
@@ -269,6 +270,16 @@ static kd_status read_bench_case(app_options *o, const char *text)
     return KD_OK;
 }
 
+static kd_status read_bench_model(app_options *o, const char *text)
+{
+    return app_read_path("--model", text, &o->bench_model);
+}
+
+static kd_status read_dump(app_options *o, const char *text)
+{
+    return app_read_path("--dump", text, &o->dump);
+}
+
 /* ---- readers of what `kandil voxelize` is asked for ---- */
 
 static kd_status read_kvox(app_options *o, const char *text)
@@ -467,6 +478,17 @@ static const app_option_row bench_options[] = {
     {"--threads", "N", read_threads, "threads of the cases for several; 0, the default: one per processor"},
     {"--n", "N", read_bench_n, "measure this size alone; default: 1000, 65536 and 1000000 entities"},
     {"--case", "NAME", read_bench_case, "measure the cases whose name contains this"},
+    {"--frames", "N", read_frames, "voxels, svo: frames measured for each row; default 12"},
+    {"--model", "MODEL", read_bench_model,
+     "voxels: what makes the crowd; default: the walker of the samples"},
+    {"--dump", "DIR", read_dump,
+     "svo: measure nothing and write what the tree holds after --frames frames to a new folder"},
+    {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
+    {"--profile-sync", NULL, read_profile_sync,
+     "finish each GPU system to time it; the default on software drivers"},
+    {"--asset-root", "DIR", read_asset_root,
+     "repeatable: a folder beside the scenario's own from which it may load"},
+    {"--set", "KEY=VALUE", read_set, "repeatable: a setting of the scene, such as voxels.span=0.04"},
     {NULL, NULL, NULL, NULL},
 };
 
@@ -525,18 +547,25 @@ static kd_status read_option(app_options *out, const char *command, int argc, ch
 
 static kd_status read_bench(app_options *out, const char *text)
 {
-    static const char *const words[] = {"all", "ecs", "jobs", NULL};
+    static const char *const words[] = {"all", "ecs", "jobs", "voxels", "svo", NULL};
     int bench = 0;
     kd_status status = app_read_word("bench", text, words, &bench);
     out->bench = (app_bench)bench;
     return status;
 }
 
+/* The picture to compare with; the scene of a bench that runs one. */
+static bool takes_second(const app_options *o)
+{
+    return o->command == APP_COMPARE ||
+           (o->command == APP_BENCH && o->bench != APP_BENCH_ECS && o->bench != APP_BENCH_JOBS);
+}
+
 static kd_status read_subject(app_options *out, const app_command_row *row, const char *text)
 {
     if (!row->subject)
         return kd_fail(KD_USAGE, "unexpected argument '%s'; `kandil %s` takes none", text, row->name);
-    if (row->command == APP_COMPARE && out->subject && !out->second) {
+    if (takes_second(out) && out->subject && !out->second) {
         out->second = text;
         return KD_OK;
     }

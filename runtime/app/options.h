@@ -23,7 +23,13 @@ typedef enum app_command {
     APP_VOXELIZE
 } app_command;
 
-typedef enum app_bench { APP_BENCH_ALL, APP_BENCH_ECS, APP_BENCH_JOBS } app_bench;
+typedef enum app_bench {
+    APP_BENCH_ALL,
+    APP_BENCH_ECS,
+    APP_BENCH_JOBS,
+    APP_BENCH_VOXELS,
+    APP_BENCH_SVO
+} app_bench;
 
 typedef enum app_output_kind { APP_OUTPUT_PNG, APP_OUTPUT_EXR, APP_OUTPUT_FILM } app_output_kind;
 typedef struct app_output {
@@ -59,7 +65,7 @@ typedef struct app_options {
     const struct kd_extension *extension; /* of the program, or NULL */
     app_command command;
     const char *subject;    /* the scene, the file, or the topic of help; NULL */
-    const char *second;     /* the picture to compare with; NULL */
+    const char *second;     /* the picture to compare with, the scene of a bench; NULL */
     int64_t frames;         /* -1: not said */
     double seconds;         /* negative: not said */
     double fps;             /* 0: not said */
@@ -77,6 +83,8 @@ typedef struct app_options {
     app_bench bench;
     uint32_t bench_n;                 /* 0: not said */
     const char *bench_case;           /* a part of the names of cases, or NULL */
+    const char *bench_model;          /* path of the model that makes a crowd, or NULL */
+    const char *dump;                 /* a folder for what the tree holds, or NULL */
     const char *json, *html, *report; /* paths or NULL */
     uint32_t techniques;              /* bits by kd_gi_technique; 0: not said */
     app_tracing tracing;

@@ -98,6 +98,7 @@ static kd_profile_stats summarize(const series *s)
     memcpy(sorted, s->ns, n * sizeof *sorted);
     qsort(sorted, n, sizeof *sorted, compare_ns);
     stats.median_ms = ((double)sorted[(n - 1) / 2] + (double)sorted[n / 2]) * 0.5e-6;
+    stats.min_ms = (double)sorted[0] * 1e-6;
     stats.p95_ms = (double)sorted[(n * 95 + 99) / 100 - 1] * 1e-6;
     free(sorted);
     return stats;

@@ -82,13 +82,13 @@ kd_status kd_profile_write_trace(kd_profile *p, const char *path);
 typedef struct kd_profile_stats {
     double median_ms; /* of an even number of samples: between the two in the middle */
     double p95_ms;    /* smallest sample that is not exceeded by 95 of 100 */
-    double max_ms, total_ms;
+    double min_ms, max_ms, total_ms;
     uint64_t runs;
     uint64_t bytes;
     kd_profile_counts counts; /* zeros unless fed */
 } kd_profile_stats;
 
-/* Median and p95 are of the latest KD_PROFILE_SAMPLES runs, the others of all. */
+/* Median, p95 and minimum are of the latest KD_PROFILE_SAMPLES runs, the others of all. */
 #define KD_PROFILE_SAMPLES 65536u
 
 kd_profile_stats kd_profile_system_stats(const kd_profile *p, uint32_t system);

@@ -94,6 +94,16 @@ static void bench_takes_its_own_options(void **state)
     assert_string_equal(o.bench_case, "dag");
     assert_string_equal(o.json, "rows.json");
     app_options_fini(&o);
+    assert_int_equal(parse("bench voxels hall.lua --frames 3 --model man.glb --set voxels.span=1", &o),
+                     KD_OK);
+    assert_true(o.bench == APP_BENCH_VOXELS && o.frames == 3 && o.set_count == 1 && !o.dump);
+    assert_string_equal(o.second, "hall.lua");
+    assert_string_equal(o.bench_model, "man.glb");
+    app_options_fini(&o);
+    assert_int_equal(parse("bench svo --dump folder", &o), KD_OK);
+    assert_true(o.bench == APP_BENCH_SVO && !o.second);
+    assert_string_equal(o.dump, "folder");
+    app_options_fini(&o);
 }
 
 static void help_is_found_everywhere(void **state)
@@ -161,7 +171,8 @@ static void mistakes_give_one_message_that_helps(void **state)
         {"bench ecs jobs", "unexpected argument 'jobs'"},
         {"bench --jsn f.json", "did you mean --json?"},
         {"bench --xyzzy", "kandil help bench"},
-        {"bench --frames 3", "unknown option --frames"},
+        {"bench --size 3x3", "unknown option --size"},
+        {"bench svo a.lua b.lua", "unexpected argument 'b.lua'"},
         {"bench --n 0", "out of range"},
         {"bench --threads 65", "out of range"},
         {"run a.lua --json f.json", "unknown option --json"},
