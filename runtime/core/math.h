@@ -118,6 +118,23 @@ static inline kd_vec3 kd_vec3_normalize(kd_vec3 a, kd_vec3 fallback)
     return l > 0 ? kd_vec3_scale(a, 1 / l) : fallback;
 }
 
+/** Get the largest factor by which a linear map lengthens a vector: its largest singular value. The same for
+ * the map's columns and for its rows; exact where they stand at right angles to each other. Source  Smith
+ * 1961, "Eigenvalues of a symmetric 3 x 3 matrix", applied to the products of the columns */
+static inline float kd_mat3_stretch(kd_vec3 a, kd_vec3 b, kd_vec3 c)
+{
+    float aa = kd_vec3_dot(a, a), bb = kd_vec3_dot(b, b), cc = kd_vec3_dot(c, c);
+    float ab = kd_vec3_dot(a, b), ac = kd_vec3_dot(a, c), bc = kd_vec3_dot(b, c);
+    float mean = (aa + bb + cc) / 3, off = ab * ab + ac * ac + bc * bc;
+    float da = aa - mean, db = bb - mean, dc = cc - mean;
+    float p = sqrtf((da * da + db * db + dc * dc + 2 * off) / 6);
+    if (!(off > 1e-10f * mean * mean))
+        return sqrtf(fmaxf(aa, fmaxf(bb, cc)));
+    float det = da * (db * dc - bc * bc) - ab * (ab * dc - bc * ac) + ac * (ab * bc - db * ac);
+    float turn = acosf(fminf(fmaxf(det / (2 * p * p * p), -1), 1)) / 3;
+    return sqrtf(mean + 2 * p * cosf(turn));
+}
+
 /** Invert an affine or projective matrix. A singular one gives non-finite values. */
 static inline kd_mat4 kd_mat4_inverse(const kd_mat4 *a)
 {

@@ -49,25 +49,23 @@ static void apply_settings(kd_voxel_scene *scene, const kd_settings *settings)
         scene->span[c] = scene->span_m * (float)(1u << c);
 }
 
+/* Voxels of a cache stand one span apart: the map that brings them to the world must not draw them further
+ * apart than that along any direction, sheared or not. */
 static float largest_scale(const kd_mat4 *m)
 {
-    float best = 0;
-    for (int c = 0; c < 3; c++)
-        best = fmaxf(best, kd_vec3_length((kd_vec3){m->m[c * 4], m->m[c * 4 + 1], m->m[c * 4 + 2]}));
-    return best;
+    return kd_mat3_stretch((kd_vec3){m->m[0], m->m[1], m->m[2]}, (kd_vec3){m->m[4], m->m[5], m->m[6]},
+                           (kd_vec3){m->m[8], m->m[9], m->m[10]});
 }
 
-/* Skinned vertices go from model space to the world through joints: the largest of their mean stretches
- * counts. */
+/* Skinned vertices go from model space to the world through joints: the one that stretches most counts. */
 static float skin_scale(const kd_joint_palette *palette, const kd_skin_instance *skin, uint32_t joints)
 {
     float best = 0;
     for (uint32_t j = 0; j < joints && skin->first_matrix + j < palette->count; j++) {
         const kd_vec4 *r = palette->rows[skin->first_matrix + j];
-        float det = r[0].x * (r[1].y * r[2].z - r[1].z * r[2].y) -
-                    r[0].y * (r[1].x * r[2].z - r[1].z * r[2].x) +
-                    r[0].z * (r[1].x * r[2].y - r[1].y * r[2].x);
-        best = fmaxf(best, cbrtf(fabsf(det)));
+        best =
+            fmaxf(best, kd_mat3_stretch((kd_vec3){r[0].x, r[0].y, r[0].z}, (kd_vec3){r[1].x, r[1].y, r[1].z},
+                                        (kd_vec3){r[2].x, r[2].y, r[2].z}));
     }
     return best;
 }
