@@ -7,7 +7,8 @@
 #include "systems/shadow/internal.h"
 #include "tests/render_fixture.h"
 
-enum { SHADOW_EDGE = 256 }; /* pixels of a map: set light_shadow_size to it */
+/* Pixels of a directional map, to which light_shadow_size must be set, and of a local one. */
+enum { SHADOW_EDGE = 256, SHADOW_LOCAL_EDGE = 128 };
 
 static inline shadow_state *shadow_state_of(const render *r)
 {
@@ -19,9 +20,9 @@ static inline float *shadow_read_maps(const render *r, size_t *count)
 {
     const kd_lighting *l = kd_singleton(r->world, kd_lighting);
     const shadow_state *s = shadow_state_of(r);
-    const size_t layer = (size_t)SHADOW_EDGE * SHADOW_EDGE;
-    size_t sun = layer * s->maps[true].layers, spot = layer * s->maps[false].layers;
-    assert_true(s->maps[true].edge == SHADOW_EDGE && s->maps[false].edge == SHADOW_EDGE);
+    size_t sun = (size_t)SHADOW_EDGE * SHADOW_EDGE * s->maps[true].layers;
+    size_t spot = (size_t)SHADOW_LOCAL_EDGE * SHADOW_LOCAL_EDGE * s->maps[false].layers;
+    assert_true(s->maps[true].edge == SHADOW_EDGE && s->maps[false].edge == SHADOW_LOCAL_EDGE);
     float *out = malloc((sun + spot) * sizeof *out);
     assert_non_null(out);
     kd_gpu_read_texture(r->gpu, l->shadow_directional, 0, out, sun * sizeof *out);

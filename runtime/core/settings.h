@@ -76,7 +76,8 @@ typedef enum kd_setting_type {
     X(F32, ao, intensity, 1, 0, 10, NULL, NULL, "strength of ambient occlusion")                             \
     X(BOOL, specular, cones, true, 0, 1, NULL, NULL, "trace a reflection cone by roughness")                 \
     X(F32, light, ambient, 0, 0, 1e6, NULL, "W/(sr m^2)", "radiance of a white sky")                         \
-    X(I32, light, shadow_size, 1024, 64, 8192, NULL, "texels", "edge of a shadow map")                       \
+    X(I32, light, shadow_size, 2048, 64, 8192, NULL, "texels",                                               \
+      "edge of a directional shadow map; local lights have a half or a quarter")                       \
     X(I32, light, shadow_cascades, 3, 1, 4, NULL, NULL, "shadow maps of a directional light")                \
     X(F32, light, shadow_distance, 40, 0.1, 1e5, NULL, "m",                                                  \
       "distance up to which directional shadows reach")                                                      \

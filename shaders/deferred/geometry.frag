@@ -3,6 +3,7 @@
 #include "shaders/include/material.glsl"
 #include "shaders/include/surface.glsl"
 
+in vec3 from_eye; /* world space, from the camera: precise where triangles are small in the picture */
 in vec3 normal_ws;
 in vec4 tangent_ws;
 in vec4 uv;
@@ -30,6 +31,17 @@ vec3 shading_normal(vec3 n)
 #endif
 }
 
+/* The triangle's own normal, to the side of the interpolated one. */
+vec3 face_normal(vec3 n)
+{
+    vec3 face = cross(dFdx(from_eye), dFdy(from_eye));
+    float length2 = dot(face, face);
+    if (!(length2 > 0.0))
+        return n;
+    face *= inversesqrt(length2);
+    return dot(face, n) < 0.0 ? -face : face;
+}
+
 void main()
 {
     vec4 base = material_base_color(uv, color);
@@ -42,7 +54,7 @@ void main()
     vec2 metallic_roughness = material_surface(uv);
     surface s;
     s.unlit = kd_material.surface.w > 0.5;
-    s.face_normal_ws = n * side;
+    s.face_normal_ws = face_normal(n) * side;
     s.normal_ws = shading_normal(n) * side;
     s.albedo = s.unlit ? vec3(0.0) : base.rgb;
     s.metallic = metallic_roughness.x;

@@ -11,6 +11,7 @@ layout(location = KD_LOC_UV1) in vec2 in_uv1;
 layout(location = KD_LOC_COLOR) in vec4 in_color;
 layout(location = KD_LOC_OBJECT) in uint in_object;
 
+out vec3 from_eye;
 out vec3 normal_ws;
 out vec4 tangent_ws; /* w: side of the bitangent */
 out vec4 uv;
@@ -19,7 +20,9 @@ flat out float mirrored;
 
 void main()
 {
-    gl_Position = kd_view.view_projection * vec4(object_position(in_object, in_position), 1.0);
+    vec3 p_ws = object_position(in_object, in_position);
+    gl_Position = kd_view.view_projection * vec4(p_ws, 1.0);
+    from_eye = p_ws - kd_view.position_ws.xyz;
     normal_ws = normalize(object_normal(in_object, in_normal.xyz));
     mirrored = object_is_mirrored(in_object) ? 1.0 : 0.0;
     tangent_ws = vec4(object_direction(in_object, in_tangent.xyz), in_tangent.w * (1.0 - 2.0 * mirrored));

@@ -8,8 +8,8 @@
 #include "shaders/include/view.glsl"
 
 layout(std140, binding = KD_BIND_LIGHTS) uniform kd_lights_block { kd_lights_params kd_lights; };
-layout(binding = KD_UNIT_SHADOW_DIRECTIONAL) uniform sampler2DArrayShadow shadow_directional;
-layout(binding = KD_UNIT_SHADOW_SPOT) uniform sampler2DArrayShadow shadow_spot;
+layout(binding = KD_UNIT_SHADOW_DIRECTIONAL) uniform sampler2DArray shadow_directional;
+layout(binding = KD_UNIT_SHADOW_SPOT) uniform sampler2DArray shadow_spot;
 
 const float LIGHT_DIRECTIONAL = 0.0;
 const float LIGHT_POINT = 1.0;
@@ -55,18 +55,20 @@ struct shadow_place {
     float layer;
     float texel_ws;  /* edge of a texel at the point [m] */
     float step_ws;   /* what rounding may take off the map's depth at the point [m] */
+    float per_metre; /* depth that a metre along the map's axis is there */
     int matrix;      /* -1: in no map */
 };
+const shadow_place SHADOW_NOWHERE = shadow_place(vec3(0.0), 0.0, 0.0, 0.0, 0.0, -1);
 
 shadow_place shadow_place_directional(int first, int count, float layer, vec3 p_ws)
 {
-    shadow_place o = shadow_place(vec3(0.0), 0.0, 0.0, 0.0, -1);
-    float margin = 2.0 / float(kd_lights.count.z); /* so that the filter and the bias stay inside */
+    shadow_place o = SHADOW_NOWHERE;
+    float margin = 2.0 / float(kd_lights.count.z); /* so that the filter stays inside */
     for (int c = 0; c < count; c++) {
         vec3 uvz = (kd_lights.shadow_matrix[first + c] * vec4(p_ws, 1.0)).xyz;
         if (all(lessThan(abs(uvz.xy - 0.5), vec2(0.5 - margin)))) {
             vec2 scale = kd_lights.cascade_texel_ws[first + c].xy;
-            o = shadow_place(uvz, layer + float(c), scale.x, 4.0 * ULP * scale.y, first + c);
+            o = shadow_place(uvz, layer + float(c), scale.x, 4.0 * ULP * scale.y, 0.5 / scale.y, first + c);
             break;
         }
     }
@@ -75,32 +77,38 @@ shadow_place shadow_place_directional(int first, int count, float layer, vec3 p_
 
 float largest(vec3 p) { return max(abs(p.x), max(abs(p.y), abs(p.z))); }
 
-/* Rounding of a spot's depth [m] at p, the distance d ahead: depth is a - b / d, and b the difference of the
- * rows that give depth and distance. */
-float shadow_step_perspective(int matrix, vec3 p_ws, float d)
+/* The axes of a spot map as its matrix holds them: forward has unit length, and what lies ahead by w falls at
+ * u = 0.5 + dot(right, ahead) / w. */
+struct shadow_axes {
+    vec3 right, up, forward;
+};
+shadow_axes shadow_axes_of(int matrix)
+{
+    mat4 m = kd_lights.shadow_matrix[matrix];
+    vec3 forward = vec3(m[0][3], m[1][3], m[2][3]);
+    return shadow_axes(vec3(m[0][0], m[1][0], m[2][0]) - 0.5 * forward,
+                       vec3(m[0][1], m[1][1], m[2][1]) - 0.5 * forward, forward);
+}
+
+/* A spot's depth is a - b / w at the distance w ahead: b is the difference of the rows that give depth and
+ * distance. */
+float shadow_depth_slope(int matrix)
 {
     mat4 m = kd_lights.shadow_matrix[matrix];
     vec3 forward = vec3(m[0][3], m[1][3], m[2][3]), row = vec3(m[0][2], m[1][2], m[2][2]);
-    float b = dot(row, forward) * m[3][3] - m[3][2];
-    return d * min(2.0 * ULP * (d + 2.0 * largest(p_ws)) / max(b, 1e-20), 0.1);
-}
-
-/* Edge of a texel [m] one metre in front of a spot map: the first row of bias * projection * view has the
- * length 0.5 / tan(half angle) once the bias' share of w is taken off. */
-float shadow_texel_per_metre(int matrix)
-{
-    mat4 m = kd_lights.shadow_matrix[matrix];
-    vec3 row = vec3(m[0][0], m[1][0], m[2][0]) - 0.5 * vec3(m[0][3], m[1][3], m[2][3]);
-    return inversesqrt(dot(row, row)) / float(kd_lights.count.w);
+    return max(dot(row, forward) * m[3][3] - m[3][2], 1e-20);
 }
 
 shadow_place shadow_place_perspective(int matrix, float layer, vec3 p_ws)
 {
     vec4 h = kd_lights.shadow_matrix[matrix] * vec4(p_ws, 1.0);
-    vec3 uvz = h.xyz / h.w;
-    bool inside = h.w > 0.0 && all(lessThan(abs(uvz.xy - 0.5), vec2(0.5)));
-    return shadow_place(uvz, layer, h.w * shadow_texel_per_metre(matrix),
-                        shadow_step_perspective(matrix, p_ws, h.w), inside ? matrix : -1);
+    vec3 uvz = h.xyz / h.w, right = shadow_axes_of(matrix).right;
+    if (!(h.w > 0.0 && all(lessThan(abs(uvz.xy - 0.5), vec2(0.5)))))
+        return SHADOW_NOWHERE;
+    float b = shadow_depth_slope(matrix);
+    float step = h.w * min(2.0 * ULP * (h.w + 2.0 * largest(p_ws)) / b, 0.1);
+    float texel = h.w * inversesqrt(dot(right, right)) / float(kd_lights.count.w);
+    return shadow_place(uvz, layer, texel, step, b / (h.w * h.w), matrix);
 }
 
 /* The face of a cube, in GL's order, into which a direction points. */
@@ -126,17 +134,10 @@ shadow_place shadow_find_local(uint i, vec3 p_ws)
     vec4 shadow = kd_lights.light[i].shadow;
     int first = int(shadow.x);
     if (first < 0)
-        return shadow_place(vec3(0.0), 0.0, 0.0, 0.0, -1);
+        return SHADOW_NOWHERE;
     bool point = kd_lights.light[i].direction_ws.w == LIGHT_POINT;
     int face = point ? shadow_cube_face(p_ws - kd_lights.light[i].position_ws.xyz) : 0;
     return shadow_place_perspective(first + face, shadow.z + float(face), p_ws);
-}
-
-/* The place after the point has moved: same map, no new choice, so that a border cannot flip it. */
-vec3 shadow_project(shadow_place place, vec3 p_ws)
-{
-    vec4 h = kd_lights.shadow_matrix[place.matrix] * vec4(p_ws, 1.0);
-    return vec3(h.xy / h.w, clamp(h.z / h.w, 0.0, 1.0));
 }
 
 /* How far rounding may put a point below its surface [m]: that of its coordinates, and that of the camera's
@@ -146,58 +147,94 @@ float point_error(vec3 p_ws, vec3 n_ws)
     mat4 p = kd_view.projection;
     float z = dot(p_ws - kd_view.position_ws.xyz, kd_view.forward_ws.xyz);
     float depth_step = view_is_orthographic() ? 2.0 / abs(p[2][2]) : 2.0 * z * z / abs(p[3][2]);
-    return ULP * (8.0 * largest(p_ws) + 3.0 * depth_step * abs(dot(n_ws, view_direction(p_ws))));
+    return ULP * (8.0 * largest(p_ws) + 12.0 * depth_step * abs(dot(n_ws, view_direction(p_ws))));
 }
 
-/* Lifts p off its surface so that the filter's texels do not shadow it. Four bilinear taps half a texel off
- * the middle reach texels up to 1.5 away on each axis, 2.1 on the diagonal. A point that far from p, at the
- * same depth in the map, lies under the surface by 2.1 * texel * sin(t) at most, t between the normal and
- * the map's axis: lifting by as much clears it. The constant part covers curvature; what rounding may have
- * done to the point and to the map comes on top. Where two walls meet, the texels reach the other wall too:
- * the filter's reach towards the light clears that one, whatever its normal, unless light grazes it. */
-vec3 shadow_lift(vec3 p_ws, vec3 n_ws, vec3 axis_ws, vec3 to_light, shadow_place place)
+/* The plane of a surface as its map sees it, so that each texel is compared with the plane's depth at the
+ * texel's own middle: a plane then shades itself nowhere, however light grazes it, and its shadows begin where
+ * they should. */
+struct shadow_plane {
+    float depth;   /* at the point, less what rounding may be */
+    vec2 slope;    /* depth a texel */
+    float leeway;  /* depth a texel of distance by which a texel may lie nearer to the light */
+};
+
+/* Where two walls meet, texels near a point of one hold the other, which comes towards the light by up to twice
+ * as much as it goes aside unless light grazes it. */
+const float SHADOW_LEEWAY = 3.0;
+/* How far rounding may move a point in its map [texels]. */
+const float SHADOW_SLOPE_ERROR = 0.02;
+
+shadow_plane shadow_plane_of(shadow_place place, vec2 slope, float cosine, vec3 p_ws, vec3 n_ws)
 {
-    float cos_t = dot(n_ws, axis_ws);
-    float lift = place.texel_ws * (0.3 + 2.1 * sqrt(max(1.0 - cos_t * cos_t, 0.0)));
-    lift += place.step_ws + point_error(p_ws, n_ws);
-    return p_ws + n_ws * lift + to_light * (2.1 * place.texel_ws);
+    float error = place.step_ws + point_error(p_ws, n_ws) / max(cosine, 0.01);
+    float turned = SHADOW_SLOPE_ERROR * (abs(slope.x) + abs(slope.y));
+    return shadow_plane(place.uvz.z - place.per_metre * error - turned, slope,
+                        SHADOW_LEEWAY * place.texel_ws * place.per_metre);
 }
 
-/* The tent-weighted 3x3 filter by four bilinear taps. */
-float shadow_filter(sampler2DArrayShadow maps, vec3 uvz, float layer, float edge)
+shadow_plane shadow_plane_directional(shadow_place place, vec3 p_ws, vec3 n_ws, vec3 axis_ws)
 {
-    float h = 0.5 / edge;
-    return 0.25 * (texture(maps, vec4(uvz.xy + vec2(-h, -h), layer, uvz.z)) +
-                   texture(maps, vec4(uvz.xy + vec2(h, -h), layer, uvz.z)) +
-                   texture(maps, vec4(uvz.xy + vec2(-h, h), layer, uvz.z)) +
-                   texture(maps, vec4(uvz.xy + vec2(h, h), layer, uvz.z)));
+    mat4 m = kd_lights.shadow_matrix[place.matrix];
+    float scale = place.texel_ws * float(kd_lights.count.z); /* metres that the map is wide */
+    vec2 across = scale * vec2(dot(n_ws, vec3(m[0][0], m[1][0], m[2][0])), dot(n_ws, vec3(m[0][1], m[1][1], m[2][1])));
+    float along = dot(n_ws, axis_ws); /* below 0: it faces the light */
+    vec2 slope = place.texel_ws * place.per_metre * across / max(-along, 0.005);
+    return shadow_plane_of(place, slope, -along, p_ws, n_ws);
+}
+
+/* n.x = k from the light, and x = w * ((u - 0.5) right / |right|^2 + … + forward): 1 / w, and with it depth, is
+ * linear in u and v. */
+shadow_plane shadow_plane_perspective(shadow_place place, vec3 p_ws, vec3 n_ws, vec3 light_ws)
+{
+    shadow_axes axes = shadow_axes_of(place.matrix);
+    vec3 d = p_ws - light_ws;
+    float away = length(d), k = min(dot(n_ws, d), -0.005 * away);
+    vec2 across = vec2(dot(n_ws, axes.right), dot(n_ws, axes.up)) / dot(axes.right, axes.right);
+    vec2 slope = -shadow_depth_slope(place.matrix) / k * across / float(kd_lights.count.w);
+    return shadow_plane_of(place, slope, -k / away, p_ws, n_ws);
+}
+
+/* Which of the four texels at `offset` from the point (in texels, one to the right and one above besides) let
+ * light pass; in the order of textureGather: above, above right, right, the texel itself. */
+vec4 shadow_open(vec4 held, vec2 offset, shadow_plane plane)
+{
+    vec4 x = offset.x + vec4(0.0, 1.0, 1.0, 0.0), y = offset.y + vec4(1.0, 1.0, 0.0, 0.0);
+    vec4 depth = plane.depth + plane.slope.x * x + plane.slope.y * y - plane.leeway * max(abs(x), abs(y));
+    return step(min(depth, 1.0), held);
+}
+
+/* Bilinear over the four texels round the point. */
+float shadow_filter(sampler2DArray maps, shadow_place place, shadow_plane plane, float edge)
+{
+    vec2 at = place.uvz.xy * edge - 0.5, base = floor(at), f = at - base;
+    vec4 open = shadow_open(textureGather(maps, vec3((base + 1.0) / edge, place.layer)), -f, plane);
+    return dot(open, vec4(1.0 - f.x, f.x, f.x, 1.0 - f.x) * vec4(f.y, f.y, 1.0 - f.y, 1.0 - f.y));
 }
 
 /* light_shadow for one kind of light: loops that know the kind are cheaper on drivers that run both sides of
- * a branch. */
+ * a branch. n is the triangle's own normal. */
 float light_shadow_directional(uint i, vec3 p_ws, vec3 n_ws)
 {
     shadow_place place = shadow_find_directional(i, p_ws);
     vec3 axis_ws = kd_lights.light[i].direction_ws.xyz;
     if (place.matrix < 0 || dot(n_ws, axis_ws) >= 0.0)
         return place.matrix < 0 ? 1.0 : 0.0;
-    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, axis_ws, -axis_ws, place));
-    return shadow_filter(shadow_directional, uvz, place.layer, float(kd_lights.count.z));
+    return shadow_filter(shadow_directional, place, shadow_plane_directional(place, p_ws, n_ws, axis_ws),
+                         float(kd_lights.count.z));
 }
 
 float light_shadow_local(uint i, vec3 p_ws, vec3 n_ws)
 {
     shadow_place place = shadow_find_local(i, p_ws);
-    vec3 to_light = normalize(kd_lights.light[i].position_ws.xyz - p_ws);
-    if (place.matrix < 0 || dot(n_ws, to_light) <= 0.0)
+    vec3 light_ws = kd_lights.light[i].position_ws.xyz;
+    if (place.matrix < 0 || dot(n_ws, light_ws - p_ws) <= 0.0)
         return place.matrix < 0 ? 1.0 : 0.0;
-    mat4 m = kd_lights.shadow_matrix[place.matrix];
-    vec3 axis_ws = vec3(m[0][3], m[1][3], m[2][3]); /* the row that gives w is the map's forward axis */
-    vec3 uvz = shadow_project(place, shadow_lift(p_ws, n_ws, axis_ws, to_light, place));
-    return shadow_filter(shadow_spot, uvz, place.layer, float(kd_lights.count.w));
+    return shadow_filter(shadow_spot, place, shadow_plane_perspective(place, p_ws, n_ws, light_ws),
+                         float(kd_lights.count.w));
 }
 
-/* Share of the light that reaches p, 0 … 1; n is the mesh's own normal. Outside every map: lit. */
+/* Share of the light that reaches p, 0 … 1. Outside every map: lit. */
 float light_shadow(uint i, vec3 p_ws, vec3 n_ws)
 {
     if (light_is_directional(i))
@@ -205,24 +242,27 @@ float light_shadow(uint i, vec3 p_ws, vec3 n_ws)
     return light_shadow_local(i, p_ws, n_ws);
 }
 
-/* The same for a voxel: one bilinear tap, the point lifted by offset_m along the normal (its own half
- * diagonal, say) and by a texel towards the light. */
+/* The same depth for four texels round a place, bilinear. */
+float shadow_filter_small(sampler2DArray maps, shadow_place place, float edge)
+{
+    vec2 at = place.uvz.xy * edge - 0.5, base = floor(at), f = at - base;
+    vec4 open = step(vec4(clamp(place.uvz.z, 0.0, 1.0)), textureGather(maps, vec3((base + 1.0) / edge, place.layer)));
+    return dot(open, vec4(1.0 - f.x, f.x, f.x, 1.0 - f.x) * vec4(f.y, f.y, 1.0 - f.y, 1.0 - f.y));
+}
+
+/* The same for a voxel, whose surface has no plane: the point is lifted by offset_m along the normal (its own
+ * half diagonal, say) and its depth by a texel towards the light. */
 float light_shadow_voxel(uint i, vec3 p_ws, vec3 n_ws, float offset_m)
 {
     vec3 p = p_ws + n_ws * offset_m;
-    if (light_is_directional(i)) {
-        shadow_place place = shadow_find_directional(i, p);
-        if (place.matrix < 0)
-            return 1.0;
-        vec3 uvz = shadow_project(place, p - kd_lights.light[i].direction_ws.xyz * place.texel_ws);
-        return texture(shadow_directional, vec4(uvz.xy, place.layer, uvz.z));
-    }
-    shadow_place place = shadow_find_local(i, p);
+    bool directional = light_is_directional(i);
+    shadow_place place = directional ? shadow_find_directional(i, p) : shadow_find_local(i, p);
     if (place.matrix < 0)
         return 1.0;
-    vec3 to_light = normalize(kd_lights.light[i].position_ws.xyz - p);
-    vec3 uvz = shadow_project(place, p + to_light * place.texel_ws);
-    return texture(shadow_spot, vec4(uvz.xy, place.layer, uvz.z));
+    place.uvz.z -= place.texel_ws * place.per_metre;
+    if (directional)
+        return shadow_filter_small(shadow_directional, place, float(kd_lights.count.z));
+    return shadow_filter_small(shadow_spot, place, float(kd_lights.count.w));
 }
 
 #endif

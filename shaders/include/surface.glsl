@@ -4,7 +4,7 @@
 /* A point of a visible surface, and how the G-buffer keeps it:
  *
  *   albedo    RGBA8    rgb: square root of the albedo, since dark tones need the steps; a: occlusion map
- *   normal    RGBA16UI xy: shading normal, zw: the mesh's own normal; octahedral, 16 bits each
+ *   normal    RGBA16UI xy: shading normal, zw: the triangle's own normal; octahedral, 16 bits each
  *   material  RGBA8    r: metallic, g: roughness, b: 1 when unlit, a: 0
  *   emissive  RGBA16F  rgb: radiance, up to 65504; a: 0
  *   depth     32F      of the depth test; 1 where nothing was drawn
@@ -14,7 +14,7 @@
 struct surface {
     vec3 position_ws;
     vec3 normal_ws;      /* normal map applied */
-    vec3 face_normal_ws; /* of the mesh, interpolated, before the normal map: for shadows and offsets */
+    vec3 face_normal_ws; /* of the triangle: for shadows and offsets */
     vec3 albedo;
     float metallic;
     float roughness;     /* perceptual, as in the file */

@@ -23,8 +23,8 @@
 #define KD_UNIT_GBUFFER_MATERIAL 2
 #define KD_UNIT_GBUFFER_EMISSIVE 3
 #define KD_UNIT_GBUFFER_DEPTH 4
-#define KD_UNIT_SHADOW_DIRECTIONAL 5 /* sampler2DArrayShadow */
-#define KD_UNIT_SHADOW_SPOT 6        /* sampler2DArrayShadow */
+#define KD_UNIT_SHADOW_DIRECTIONAL 5 /* sampler2DArray */
+#define KD_UNIT_SHADOW_SPOT 6        /* sampler2DArray */
 #define KD_UNIT_GI_DIFFUSE 7
 #define KD_UNIT_GI_SPECULAR 8
 #define KD_UNIT_GI_GUIDE 9     /* while gathering */

@@ -10,7 +10,7 @@
 
 #include "runtime/core/log.h"
 
-enum { FULL_SIZE_SPOTS = 4 };
+enum { LARGE_SPOTS = 4 };
 
 static const float SPOT_NEAR = 1.0f / 2048; /* of what its light reaches: nothing nearer casts a shadow */
 static const float SPOT_MAX_TANGENT = 8;    /* 83 degrees: wider cones keep an unshadowed rim */
@@ -186,14 +186,14 @@ static uint32_t count_local_layers(const shadow_state *s)
     return count;
 }
 
-/* A few spots get maps of full size; a cube or many spots share what that would cost. */
+/* A few spots get maps of half the edge; a cube or many spots share what that would cost. */
 static void begin_lights(shadow_state *s, const kd_frame *frame)
 {
     const kd_settings *settings = &frame->settings;
     uint32_t edge = (uint32_t)settings->light_shadow_size;
     s->layer_count = s->directional_layers = s->spot_layers = 0;
     s->directional_edge = edge;
-    s->spot_edge = count_local_layers(s) <= FULL_SIZE_SPOTS ? edge : edge / 2;
+    s->spot_edge = count_local_layers(s) <= LARGE_SPOTS ? edge / 2 : edge / 4;
     s->lights.count =
         (struct kd_gl_uvec4){0, (uint32_t)settings->light_shadow_cascades, s->directional_edge, s->spot_edge};
     float ambient = settings->light_ambient;

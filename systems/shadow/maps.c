@@ -22,7 +22,7 @@ bool shadow_maps_ensure(kd_gpu *gpu, shadow_maps *maps, uint32_t layers, uint32_
                                                                     .width = edge,
                                                                     .height = edge,
                                                                     .depth = layers,
-                                                                    .filter = KD_SHADOW,
+                                                                    .filter = KD_NEAREST,
                                                                     .name = name});
     for (uint32_t i = 0; i < layers; i++)
         maps->targets[i] =

@@ -1,13 +1,14 @@
 /* Where shadow maps look from. A matrix takes world space straight to texture space [0,1]^3; drawing undoes
  * the last step. Cascades are spheres round one centre, so their size does not depend on where the camera
- * looks, and their centre moves in whole texels, so edges of shadows do not crawl. */
+ * looks, and their centre moves in whole texels, so edges of shadows do not crawl. The outermost covers just
+ * what is drawn when that is less, wherever the camera stands. */
 
 #include "systems/shadow/internal.h"
 
 #include <math.h>
 
-static const float CASCADE_RATIO =
-    2.5f; /* of neighbouring radii: two and a half cascades span 1:16, a room to a hall */
+/* Of neighbouring radii: two cascades span 1:4, a room to a hall. */
+static const float CASCADE_RATIO = 2.0f;
 
 static const float SMALLEST = 1e-12f; /* of any extent, in whatever unit a scene is made */
 
@@ -48,7 +49,7 @@ float shadow_farthest(const shadow_bounds *b, kd_vec3 p)
 }
 
 /* The bounds' extent along a direction, to both sides on a lattice of a sixteenth to a 32nd of it. */
-static void depth_range(const shadow_bounds *b, kd_vec3 direction, float *low, float *high)
+static void extent_along(const shadow_bounds *b, kd_vec3 direction, float *low, float *high)
 {
     kd_vec3 centre = kd_vec3_scale(kd_vec3_add(b->low, b->high), 0.5f);
     kd_vec3 half = kd_vec3_scale(kd_vec3_sub(b->high, b->low), 0.5f);
@@ -60,6 +61,39 @@ static void depth_range(const shadow_bounds *b, kd_vec3 direction, float *low, f
     *high = ceilf((middle + reach) / step) * step;
 }
 
+/* A square that a cascade covers, seen along the light. */
+typedef struct shadow_square {
+    float x, y, half; /* of its middle along right and up */
+} shadow_square;
+
+/* All that is drawn. */
+static shadow_square square_of_all(const shadow_bounds *bounds, kd_vec3 right, kd_vec3 up)
+{
+    float low_x, high_x, low_y, high_y;
+    extent_along(bounds, right, &low_x, &high_x);
+    extent_along(bounds, up, &low_y, &high_y);
+    return (shadow_square){(low_x + high_x) / 2, (low_y + high_y) / 2,
+                           fmaxf(high_x - low_x, high_y - low_y) / 2};
+}
+
+/* A cascade moves in steps of a 32nd of its width: whole texels, and seldom, since a map that moves is drawn
+ * again. */
+static shadow_cascade make_cascade(kd_vec3 direction, kd_vec3 right, kd_vec3 up, shadow_square square,
+                                   float low, float high, uint32_t edge)
+{
+    /* besides what a step may lose, two texels at each border are the filter's margin */
+    uint32_t step = edge / 32 > 0 ? edge / 32 : 1, margin = step + 5;
+    float texel = 2 * square.half / (float)(edge > 2 * margin ? edge - margin : edge);
+    float size = texel * (float)edge, stride = texel * (float)step;
+    float x = roundf(square.x / stride) * stride, y = roundf(square.y / stride) * stride;
+    kd_mat4 m = {{0}};
+    write_row(&m, 0, kd_vec3_scale(right, 1 / size), 0.5f - x / size);
+    write_row(&m, 1, kd_vec3_scale(up, 1 / size), 0.5f - y / size);
+    write_row(&m, 2, kd_vec3_scale(direction, 1 / (high - low)), -low / (high - low));
+    m.m[15] = 1;
+    return (shadow_cascade){m, texel, (high - low) / 2};
+}
+
 void shadow_cascades_make(shadow_cascade *out, uint32_t count, kd_vec3 direction, kd_vec3 eye,
                           const shadow_bounds *bounds, float distance, uint32_t edge)
 {
@@ -68,19 +102,13 @@ void shadow_cascades_make(shadow_cascade *out, uint32_t count, kd_vec3 direction
                   clampf(eye.z, bounds->low.z, bounds->high.z)};
     make_basis(direction, &right, &up);
     float low, high, radius = fminf(distance, shadow_farthest(bounds, centre));
-    depth_range(bounds, direction, &low, &high);
+    extent_along(bounds, direction, &low, &high);
+    shadow_square all = square_of_all(bounds, right, up);
+    radius = fminf(radius, all.half);
     for (uint32_t i = count; i-- > 0; radius /= CASCADE_RATIO) {
-        /* two texels at each border are the filter's and the bias' margin, one more is lost to snapping */
-        float texel = 2 * radius / (float)(edge > 16 ? edge - 6 : edge);
-        float size = texel * (float)edge;
-        float x = floorf(kd_vec3_dot(right, centre) / texel) * texel,
-              y = floorf(kd_vec3_dot(up, centre) / texel) * texel;
-        kd_mat4 m = {{0}};
-        write_row(&m, 0, kd_vec3_scale(right, 1 / size), 0.5f - x / size);
-        write_row(&m, 1, kd_vec3_scale(up, 1 / size), 0.5f - y / size);
-        write_row(&m, 2, kd_vec3_scale(direction, 1 / (high - low)), -low / (high - low));
-        m.m[15] = 1;
-        out[i] = (shadow_cascade){m, texel, (high - low) / 2};
+        shadow_square round = {kd_vec3_dot(right, centre), kd_vec3_dot(up, centre), radius};
+        bool covers_all = i + 1 == count && all.half <= radius;
+        out[i] = make_cascade(direction, right, up, covers_all ? all : round, low, high, edge);
     }
 }
 
