@@ -109,12 +109,13 @@ static void fit_settings(app_scene *scene, const app_survey *s)
     }
 }
 
-kd_status app_scene_load_model(app_scene *scene, const char *path)
+kd_status app_scene_load_model(app_scene *scene, const app_options *options)
 {
+    const char *path = options->subject;
     uint32_t number;
     kd_entity root;
     app_survey survey;
-    kd_status status = app_scene_model(scene, path, &number);
+    kd_status status = app_scene_model(scene, path, options->model_scene, options->variant, &number);
     if (status != KD_OK)
         return status;
     const kd_model *model = kd_singleton(scene->world, kd_scene_store)->models[number].model;

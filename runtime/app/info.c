@@ -107,7 +107,11 @@ static void print_model(const kd_model *m)
            (double)m->bounds_min.z, (double)m->bounds_max.x, (double)m->bounds_max.y,
            (double)m->bounds_max.z);
     for (const char *const *e = m->extensions_used; e && *e; e++)
-        printf("  extension %s\n", *e);
+        printf("  extension %s%s\n", *e, kd_model_reads_extension(*e) ? "" : ", not read");
+    for (uint32_t i = 0; m->scenes[i]; i++)
+        printf("  scene %u '%s'%s\n", i, m->scenes[i], i == m->scene ? ", the one shown here" : "");
+    for (uint32_t i = 0; m->variants[i]; i++)
+        printf("  variant %u '%s'\n", i, m->variants[i]);
     for (uint32_t i = 0; i < m->image_count; i++)
         printf("  image %u '%s': %ux%u\n", i, m->images[i].name ? m->images[i].name : "", m->images[i].width,
                m->images[i].height);

@@ -168,6 +168,18 @@ static kd_status read_asset_root(app_options *o, const char *text)
     return app_read_path("--asset-root", text, &o->roots[o->root_count++]);
 }
 
+static kd_status read_model_scene(app_options *o, const char *text)
+{
+    o->model_scene = text;
+    return KD_OK;
+}
+
+static kd_status read_variant(app_options *o, const char *text)
+{
+    o->variant = text;
+    return KD_OK;
+}
+
 static kd_status read_gi(app_options *o, const char *text)
 {
     return app_read_word("--gi", text, app_gi_words, &o->gi);
@@ -368,6 +380,8 @@ static const app_option_row run_options[] = {
     {"--window", NULL, read_window, "show a window; it is closed to end"},
     {"--asset-root", "DIR", read_asset_root,
      "repeatable: a folder beside the scenario's own from which it may load"},
+    {"--scene", "NAME", read_model_scene, "which scene of a model file; `kandil info` lists them"},
+    {"--variant", "NAME", read_variant, "which of a model's sets of materials; `kandil info` lists them"},
     {"--gi", "TECHNIQUE", read_gi, "indirect light, the first by default:" GI_LIST(SPACED)},
     {"--set", "KEY=VALUE", read_set,
      "repeatable: a setting, or an entity's field such as lamp.light.intensity=5"},
@@ -402,6 +416,8 @@ static const app_option_row voxelize_options[] = {
     {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
     {"--asset-root", "DIR", read_asset_root,
      "repeatable: a folder beside the scenario's own from which it may load"},
+    {"--scene", "NAME", read_model_scene, "which scene of a model file; `kandil info` lists them"},
+    {"--variant", "NAME", read_variant, "which of a model's sets of materials; `kandil info` lists them"},
     {"--set", "KEY=VALUE", read_set, "repeatable: a setting, or an entity's field"},
     {"--quiet", NULL, read_quiet, "print errors only"},
     {NULL, NULL, NULL, NULL},
@@ -435,6 +451,8 @@ static const app_option_row reference_options[] = {
     {"--noise", "X", app_read_noise, "end when the mean relative squared error is about X"},
     {"--asset-root", "DIR", read_asset_root,
      "repeatable: a folder beside the scenario's own from which it may load"},
+    {"--scene", "NAME", read_model_scene, "which scene of a model file; `kandil info` lists them"},
+    {"--variant", "NAME", read_variant, "which of a model's sets of materials; `kandil info` lists them"},
     {"--set", "KEY=VALUE", read_set,
      "repeatable: a setting, or an entity's field such as lamp.light.intensity=5"},
     {"--stats", "FILE.json", read_stats, "write samples, rays, times and noise"},
@@ -467,6 +485,8 @@ static const app_option_row compare_options[] = {
     {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
     {"--asset-root", "DIR", read_asset_root,
      "repeatable: a folder beside the scenario's own from which it may load"},
+    {"--scene", "NAME", read_model_scene, "which scene of a model file; `kandil info` lists them"},
+    {"--variant", "NAME", read_variant, "which of a model's sets of materials; `kandil info` lists them"},
     {"--set", "KEY=VALUE", read_set,
      "repeatable: a setting, or an entity's field; exposure and curve of the pictures too"},
     {"--quiet", NULL, read_quiet, "print errors only"},

@@ -64,12 +64,13 @@ enum { APP_MAX_TRACES = 4 };
 typedef struct app_options {
     const struct kd_extension *extension; /* of the program, or NULL */
     app_command command;
-    const char *subject;    /* the scene, the file, or the topic of help; NULL */
-    const char *second;     /* the picture to compare with, the scene of a bench; NULL */
-    int64_t frames;         /* -1: not said */
-    double seconds;         /* negative: not said */
-    double fps;             /* 0: not said */
-    uint32_t width, height; /* 0: not said */
+    const char *subject;               /* the scene, the file, or the topic of help; NULL */
+    const char *second;                /* the picture to compare with, the scene of a bench; NULL */
+    const char *model_scene, *variant; /* of a bare model, by name; NULL: not said */
+    int64_t frames;                    /* -1: not said */
+    double seconds;                    /* negative: not said */
+    double fps;                        /* 0: not said */
+    uint32_t width, height;            /* 0: not said */
     uint64_t seed;
     uint32_t threads; /* 0: one per processor */
     kd_context_api context;

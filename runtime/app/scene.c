@@ -1,6 +1,7 @@
 #include "runtime/app/scene.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -43,26 +44,40 @@ kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model
     return KD_OK;
 }
 
-kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out)
+static kd_status load_model(app_scene *scene, const char *path, const kd_model_options *options,
+                            uint32_t *out)
 {
-    const app_loaded *known = app_scene_find_loaded(scene, path);
-    if (known) {
-        *out = known->model;
-        return KD_OK;
-    }
     kd_model *model;
-    const kd_model_options options = {.subdiv_level = (uint32_t)scene->settings.subdiv_level};
-    kd_status status = kd_model_load_with(path, &options, &model);
+    kd_status status = kd_model_load_with(path, options, &model);
     if (status != KD_OK)
         return status;
     for (uint32_t i = 0; i < model->warning_count; i++)
         kd_log(KD_LOG_WARNING, "%s: %s", path, model->warnings[i]);
     status = kd_scene_add_model(scene->world, model, out);
-    if (status != KD_OK) {
+    if (status != KD_OK)
         kd_model_destroy(model);
-        return status;
-    }
-    return app_scene_add_loaded(scene, path, *out);
+    return status;
+}
+
+kd_status app_scene_model(app_scene *scene, const char *path, const char *model_scene, const char *variant,
+                          uint32_t *out)
+{
+    const kd_model_options options = {
+        .subdiv_level = (uint32_t)scene->settings.subdiv_level, .scene = model_scene, .variant = variant};
+    size_t size =
+        strlen(path) + (model_scene ? strlen(model_scene) : 0) + (variant ? strlen(variant) : 0) + 3;
+    char *key = malloc(size);
+    if (!key)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    snprintf(key, size, "%s\n%s\n%s", path, model_scene ? model_scene : "", variant ? variant : "");
+    const app_loaded *known = app_scene_find_loaded(scene, key);
+    kd_status status = known ? KD_OK : load_model(scene, path, &options, out);
+    if (known)
+        *out = known->model;
+    else if (status == KD_OK)
+        status = app_scene_add_loaded(scene, key, *out);
+    free(key);
+    return status;
 }
 
 /* ---- what may be set ---- */
@@ -162,7 +177,7 @@ kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *o
         status = app_scene_load_script(scene, options);
     else if (kd_path_has_extension(options->subject, ".gltf") ||
              kd_path_has_extension(options->subject, ".glb"))
-        status = app_scene_load_model(scene, options->subject);
+        status = app_scene_load_model(scene, options);
     else
         status =
             kd_fail(KD_USAGE, "%s: unknown kind of scene; give a .lua, .gltf or .glb file", options->subject);

@@ -45,13 +45,14 @@ void app_scene_fini(app_scene *scene);
 /* ---- for the two ways to fill it ---- */
 
 /** Frame, light and turn a bare model. */
-kd_status app_scene_load_model(app_scene *scene, const char *path);
+kd_status app_scene_load_model(app_scene *scene, const app_options *options);
 
 /** Load a scenario, or run its functions for the first time. */
 kd_status app_scene_load_script(app_scene *scene, const app_options *options);
 
-/** Register a model file with the store, once a path. */
-kd_status app_scene_model(app_scene *scene, const char *path, uint32_t *out);
+/** Register a model file with the store, once a path, scene and variant (by name, NULL: as the file says). */
+kd_status app_scene_model(app_scene *scene, const char *path, const char *model_scene, const char *variant,
+                          uint32_t *out);
 
 /** Remember what was registered under a key. */
 const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key);

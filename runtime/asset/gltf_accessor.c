@@ -24,9 +24,7 @@ static uint32_t component_bytes(int component)
     }
 }
 
-/* Bytes of an element. Columns of a matrix start at multiples of four bytes; only floats are read from
- * matrices here. */
-static uint32_t element_bytes(const gltf_accessor *a)
+uint32_t gltf_element_bytes(const gltf_accessor *a)
 {
     return component_bytes(a->component) * (uint32_t)a->width;
 }
@@ -43,7 +41,8 @@ static kd_status locate(gltf_loader *l, int accessor, const char *where, int vie
     if (view < 0 || (size_t)view >= l->doc.view_count)
         return accessor_fail(l, where, accessor, "the buffer view does not exist");
     const gltf_view *v = &l->doc.views[view];
-    if (!l->doc.buffers[v->buffer].bytes)
+    const uint8_t *bytes = gltf_view_bytes(l, v);
+    if (!bytes)
         return accessor_fail(l, where, accessor, "its buffer has neither a URI nor a binary chunk");
     uint64_t stride = v->stride ? v->stride : size;
     if (stride < size)
@@ -51,7 +50,7 @@ static kd_status locate(gltf_loader *l, int accessor, const char *where, int vie
     if (offset > v->length ||
         (count && (v->length - offset < size || count - 1 > (v->length - offset - size) / stride)))
         return accessor_fail(l, where, accessor, "the elements reach beyond the buffer view");
-    out->base = l->doc.buffers[v->buffer].bytes + v->offset + offset;
+    out->base = bytes + offset;
     out->stride = (size_t)stride;
     return KD_OK;
 }
@@ -77,7 +76,7 @@ uint32_t gltf_read_uint(const gltf_span *span, uint32_t element, int component)
 static kd_status make_dense(gltf_loader *l, int accessor, const char *where, gltf_span *span)
 {
     const gltf_accessor *a = &l->doc.accessors[accessor];
-    uint32_t size = element_bytes(a), index_size = component_bytes(a->sparse_index_component);
+    uint32_t size = gltf_element_bytes(a), index_size = component_bytes(a->sparse_index_component);
     if (a->sparse_count < 1 || (uint64_t)a->sparse_count > a->count)
         return accessor_fail(l, where, accessor,
                              "the sparse count is not between 1 and the accessor's count");
@@ -133,7 +132,7 @@ static kd_status check_accessor(gltf_loader *l, int accessor, const char *where,
                         .normalized = a->normalized};
     kd_status status = KD_OK;
     if (a->view != -1)
-        status = locate(l, accessor, where, a->view, a->offset, a->count, element_bytes(a), span);
+        status = locate(l, accessor, where, a->view, a->offset, a->count, gltf_element_bytes(a), span);
     if (!status && a->sparse)
         status = make_dense(l, accessor, where, span);
     return status;

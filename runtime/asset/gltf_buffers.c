@@ -174,6 +174,12 @@ static kd_status check_view(gltf_loader *l, size_t index)
     return KD_OK;
 }
 
+const uint8_t *gltf_view_bytes(const gltf_loader *l, const gltf_view *view)
+{
+    const uint8_t *bytes = l->doc.buffers[view->buffer].bytes;
+    return view->packed ? view->unpacked : bytes ? bytes + view->offset : NULL;
+}
+
 kd_status gltf_load_buffers(gltf_loader *l)
 {
     kd_status status = KD_OK;

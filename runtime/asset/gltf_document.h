@@ -44,9 +44,17 @@ typedef struct gltf_image {
     int view;
 } gltf_image;
 
+/* EXT_meshopt_compression: the view's bytes come from these, in another buffer perhaps. */
+typedef struct gltf_packed {
+    int buffer;
+    uint64_t offset, length, stride, count;
+    const char *mode, *filter;
+} gltf_packed;
 typedef struct gltf_view {
     int buffer;
     uint64_t offset, length, stride; /* stride 0: tight */
+    const gltf_packed *packed;       /* NULL: the bytes lie in the buffer as they are */
+    const uint8_t *unpacked;         /* [length] filled by gltf_unpack_views */
 } gltf_view;
 
 typedef struct gltf_accessor {
@@ -79,7 +87,11 @@ typedef struct gltf_primitive {
     const gltf_attributes *targets;
     size_t target_count;
     int material, indices, mode;
-    const gltf_cage *cage; /* NULL: none */
+    const gltf_cage *cage;  /* NULL: none */
+    int draco;              /* KHR_draco_mesh_compression: view of its bytes; -1: none */
+    gltf_attributes unique; /* names, and Draco's own ids instead of accessors */
+    const int
+        *variant_of; /* KHR_materials_variants: [variant_count of the document] material or -1; NULL: none */
 } gltf_primitive;
 typedef struct gltf_mesh {
     const char *name;
@@ -111,6 +123,8 @@ typedef struct gltf_node {
     int mesh, skin, camera, light;
     gltf_ints children;
     gltf_reals matrix, translation, rotation, scale, weights;
+    bool hidden;               /* KHR_node_visibility */
+    gltf_attributes instances; /* EXT_mesh_gpu_instancing */
 } gltf_node;
 typedef struct gltf_skin {
     const char *name;
@@ -160,6 +174,7 @@ typedef struct gltf_document {
     gltf_light *lights;
     gltf_clip *clips;
     gltf_ints *scenes; /* root nodes */
+    gltf_strings scene_names, variants;
     size_t buffer_count, image_count, view_count, accessor_count, mesh_count, material_count, texture_count,
         sampler_count, node_count, skin_count, camera_count, light_count, clip_count, scene_count;
     int default_scene;

@@ -53,6 +53,7 @@ typedef struct gltf_loader {
     uint32_t *image_of;     /* [doc.image_count] index in the model, KD_NONE: not in use */
     uint32_t *node_of;      /* [doc.node_count] index in the model, KD_NONE: in no scene */
     gltf_mesh_facts *facts; /* [doc.mesh_count] */
+    uint32_t variant;       /* of the document, KD_NONE: none */
     const char **warnings;  /* [GLTF_WARNINGS_MAX + 1] */
     uint32_t warnings_dropped;
 } gltf_loader;
@@ -84,9 +85,16 @@ kd_status gltf_read_floats(gltf_loader *l, const gltf_span *span, const uint32_t
 /** Read one component of an element of integers. */
 uint32_t gltf_read_uint(const gltf_span *span, uint32_t element, int component);
 
+/** Bytes of an element. Columns of a matrix start at multiples of four bytes; only floats are read from
+ * matrices here. Returns 0 for an unknown type. */
+uint32_t gltf_element_bytes(const gltf_accessor *a);
+/** The bytes of a view; NULL when its buffer has none. */
+const uint8_t *gltf_view_bytes(const gltf_loader *l, const gltf_view *view);
+
 /* ---- steps, in this order ---- */
 kd_status gltf_load_buffers(gltf_loader *l);
 kd_status gltf_load_materials(gltf_loader *l);
+kd_status gltf_unpack_views(gltf_loader *l);
 kd_status gltf_load_meshes(gltf_loader *l);
 kd_status gltf_load_cameras(gltf_loader *l);
 kd_status gltf_load_lights(gltf_loader *l);
@@ -95,6 +103,14 @@ kd_status gltf_load_skins(gltf_loader *l);
 kd_status gltf_load_clips(gltf_loader *l);
 
 /* ---- shared by steps ---- */
+
+/** Add the copies that a node of the document asks for (EXT_mesh_gpu_instancing). */
+kd_status gltf_count_instances(gltf_loader *l, uint32_t node, size_t *count);
+/** Make them nodes below the model's node `parent`, at nodes[*used …], and take its mesh away. */
+kd_status gltf_load_instances(gltf_loader *l, uint32_t node, uint32_t parent, kd_node_desc *nodes,
+                              uint32_t *used);
+/** Let the accessors of a primitive read what Draco has packed, if it has. */
+kd_status gltf_unpack_primitive(gltf_loader *l, const gltf_primitive *p, const char *where);
 
 /** Resolve a URI: a data URI is decoded, anything else is a file beside the model.
  *  Owns bytes lie in the scratch arena. Errors with a message naming `where`. */

@@ -20,11 +20,11 @@ static kd_status image_bytes(gltf_loader *l, size_t index, const char *where, co
         return gltf_fail(l, KD_BAD_FORMAT, "its buffer view is not there (%s); export the model again",
                          where);
     const gltf_view *view = &l->doc.views[image->view];
-    if (!l->doc.buffers[view->buffer].bytes)
+    *bytes = gltf_view_bytes(l, view);
+    if (!*bytes)
         return gltf_fail(l, KD_BAD_FORMAT,
                          "its buffer has neither a URI nor a binary chunk (%s); export the model again",
                          where);
-    *bytes = l->doc.buffers[view->buffer].bytes + view->offset;
     *size = (size_t)view->length;
     return KD_OK;
 }

@@ -111,6 +111,13 @@ static kd_status select_corners(gltf_loader *l, gltf_selection *s)
 
 /* ---- a primitive ---- */
 
+/* The primitive's material in the chosen variant; -1: none. */
+static int material_of(const gltf_loader *l, const gltf_primitive *p)
+{
+    int material = l->variant != KD_NONE && p->variant_of ? p->variant_of[l->variant] : -1;
+    return material == -1 ? p->material : material;
+}
+
 static kd_status load_primitive(gltf_loader *l, size_t mesh, const gltf_primitive *p, const char *where,
                                 kd_primitive_desc *out)
 {
@@ -124,7 +131,9 @@ static kd_status load_primitive(gltf_loader *l, size_t mesh, const gltf_primitiv
     uint32_t *triangles = NULL;
     char position_where[96];
     snprintf(position_where, sizeof position_where, "%s.POSITION", where);
-    kd_status status = gltf_span_of(l, position, position_where, &span);
+    kd_status status = gltf_unpack_primitive(l, p, where);
+    if (!status)
+        status = gltf_span_of(l, position, position_where, &span);
     gltf_cage_faces faces = {0};
     if (!status && p->cage)
         status = gltf_check_cage(l, p, where, span.count, &faces);
@@ -142,7 +151,8 @@ static kd_status load_primitive(gltf_loader *l, size_t mesh, const gltf_primitiv
     status = flat ? select_corners(l, &selection) : select_used(l, span.count, &selection);
     if (status)
         return status;
-    out->material = p->material == -1 ? KD_NONE : (uint32_t)p->material;
+    int material = material_of(l, p);
+    out->material = material == -1 ? KD_NONE : (uint32_t)material;
     out->indices = selection.indices;
     out->index_count = (uint32_t)selection.index_count;
     out->vertex_count = selection.vertex_count;
@@ -157,9 +167,10 @@ static kd_status check_primitive(gltf_loader *l, const gltf_primitive *p, const 
     if (p->mode < GLTF_POINTS || p->mode > GLTF_FAN)
         return gltf_fail(l, KD_BAD_FORMAT, "%d is no primitive mode (%s); export the model again", p->mode,
                          where);
-    if (p->material < -1 || (p->material >= 0 && (size_t)p->material >= l->doc.material_count))
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no material %d (%s); export the model again",
-                         p->material, where);
+    int material = material_of(l, p);
+    if (material < -1 || (material >= 0 && (size_t)material >= l->doc.material_count))
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no material %d (%s); export the model again", material,
+                         where);
     return KD_OK;
 }
 

@@ -83,13 +83,13 @@ static void add_tree(gltf_loader *l, walk *w, uint32_t root)
 
 static kd_status add_scene(gltf_loader *l, const uint32_t *parents, walk *w)
 {
-    int scene = l->doc.default_scene == -1 && l->doc.scene_count ? 0 : l->doc.default_scene;
-    if (scene == -1) {
+    if (l->model->scene == KD_NONE) {
         for (uint32_t i = 0; i < l->doc.node_count; i++)
             if (parents[i] == KD_NONE)
                 add_tree(l, w, i);
         return KD_OK;
     }
+    int scene = (int)l->model->scene;
     if (scene < 0 || (size_t)scene >= l->doc.scene_count)
         return gltf_fail(l, KD_BAD_FORMAT, "there is no scene %d (scene); export the model again", scene);
     gltf_ints roots = l->doc.scenes[scene];
@@ -280,7 +280,7 @@ static kd_status load_weights(gltf_loader *l, uint32_t index, kd_node_desc *out)
     return status;
 }
 
-static kd_status load_links(gltf_loader *l, uint32_t index, bool drawn, kd_node_desc *out)
+static kd_status load_links(gltf_loader *l, uint32_t index, bool drawn, bool hidden, kd_node_desc *out)
 {
     const gltf_node *n = node_at(l, index);
     kd_status status = link(l, index, "mesh", n->mesh, l->doc.mesh_count, &out->mesh);
@@ -296,6 +296,8 @@ static kd_status load_links(gltf_loader *l, uint32_t index, bool drawn, kd_node_
         return status;
     if (!drawn)
         out->mesh = out->skin = out->camera = out->light = KD_NONE;
+    if (hidden) /* cameras stay */
+        out->mesh = out->skin = out->light = KD_NONE;
     if (out->skin != KD_NONE && (out->mesh == KD_NONE || !l->facts[out->mesh].skinned)) {
         gltf_warn(l, "nodes[%u].skin: the node has no mesh with joints and weights; the skin is left out",
                   index);
@@ -309,14 +311,31 @@ static kd_status load_links(gltf_loader *l, uint32_t index, bool drawn, kd_node_
     return KD_OK;
 }
 
-static kd_status load_node(gltf_loader *l, uint32_t index, uint32_t parent, bool drawn, kd_node_desc *out)
+static kd_status load_node(gltf_loader *l, uint32_t index, uint32_t parent, bool drawn, bool hidden,
+                           kd_node_desc *out)
 {
     out->name = gltf_name(l, node_at(l, index)->name, "node", index);
     if (!out->name)
         return gltf_fail(l, KD_NO_MEMORY, "out of memory for the node names");
     out->parent = parent == KD_NONE ? KD_NONE : l->node_of[parent];
     kd_status status = load_transform(l, index, out);
-    return status ? status : load_links(l, index, drawn, out);
+    return status ? status : load_links(l, index, drawn, hidden, out);
+}
+
+/* ---- in the model's order ---- */
+
+/* A node is hidden by itself or by one above it. */
+static kd_status load_listed(gltf_loader *l, const uint32_t *parents, const walk *w, uint32_t drawn,
+                             kd_node_desc *nodes)
+{
+    bool *hidden;
+    kd_status status = gltf_alloc(l, &l->scratch, w->count, sizeof *hidden, &hidden);
+    for (uint32_t i = 0; !status && i < w->count; i++) {
+        uint32_t n = w->order[i], parent = parents[n];
+        hidden[i] = node_at(l, n)->hidden || (parent != KD_NONE && hidden[l->node_of[parent]]);
+        status = load_node(l, n, parent, i < drawn, hidden[i], &nodes[i]);
+    }
+    return status;
 }
 
 kd_status gltf_load_nodes(gltf_loader *l)
@@ -324,7 +343,7 @@ kd_status gltf_load_nodes(gltf_loader *l)
     uint32_t *parents, *seen;
     walk w = {0};
     kd_node_desc *nodes = NULL;
-    size_t count = l->doc.node_count;
+    size_t count = l->doc.node_count, copies = 0;
     kd_status status = gltf_alloc(l, &l->scratch, count, sizeof *parents, &parents);
     if (!status)
         status = gltf_alloc(l, &l->scratch, count, sizeof *seen, &seen);
@@ -342,10 +361,16 @@ kd_status gltf_load_nodes(gltf_loader *l)
         return status;
     uint32_t drawn = w.count;
     add_joints(l, parents, &w);
-    status = gltf_alloc(l, &l->kept, w.count, sizeof *nodes, &nodes);
-    for (uint32_t i = 0; !status && i < w.count; i++)
-        status = load_node(l, w.order[i], parents[w.order[i]], i < drawn, &nodes[i]);
+    for (uint32_t i = 0; !status && i < drawn; i++)
+        status = gltf_count_instances(l, w.order[i], &copies);
+    if (!status)
+        status = gltf_alloc(l, &l->kept, w.count + copies, sizeof *nodes, &nodes);
+    if (!status)
+        status = load_listed(l, parents, &w, drawn, nodes);
+    uint32_t used = w.count;
+    for (uint32_t i = 0; !status && copies && i < drawn; i++)
+        status = gltf_load_instances(l, w.order[i], i, nodes, &used);
     l->model->nodes = nodes;
-    l->model->node_count = w.count;
+    l->model->node_count = used;
     return status;
 }

@@ -179,8 +179,72 @@ void copy_accessor(gltf_accessor &out, const tinygltf::Accessor &from)
     out.sparse_value_offset = from.sparse.values.byteOffset;
 }
 
-void copy_primitive(copier &to, gltf_primitive &out, const tinygltf::Primitive &from)
+/* Members of an object that are integers, by name. */
+gltf_attributes int_members(copier &to, const tinygltf::Value *object)
 {
+    std::map<std::string, int> found;
+    if (object && object->IsObject())
+        for (const auto &key : object->Keys())
+            if (object->Get(key).IsInt())
+                found[key] = object->Get(key).GetNumberAsInt();
+    return to.attributes(found);
+}
+
+uint64_t unsigned_member(const tinygltf::Value &object, const char *name, uint64_t missing)
+{
+    double value = number(object, name, static_cast<double>(missing));
+    return value >= 0 && value < 9e15 ? static_cast<uint64_t>(value) : UINT64_MAX;
+}
+
+void copy_view(copier &to, gltf_view &out, const tinygltf::BufferView &from)
+{
+    out = {from.buffer, from.byteOffset, from.byteLength, from.byteStride, nullptr, nullptr};
+    auto it = from.extensions.find("EXT_meshopt_compression");
+    if (it == from.extensions.end())
+        return;
+    const tinygltf::Value &v = it->second;
+    gltf_packed *packed = to.rows<gltf_packed>(1);
+    const tinygltf::Value *mode = member(v, "mode"), *filter = member(v, "filter");
+    *packed = {index(v, "buffer", INT_MAX),
+               unsigned_member(v, "byteOffset", 0),
+               unsigned_member(v, "byteLength", UINT64_MAX),
+               unsigned_member(v, "byteStride", UINT64_MAX),
+               unsigned_member(v, "count", UINT64_MAX),
+               mode && mode->IsString() ? to.text(mode->Get<std::string>()) : "",
+               filter && filter->IsString() ? to.text(filter->Get<std::string>()) : "NONE"};
+    out.packed = packed;
+}
+
+/* Which material each variant gives to the primitive. Lists of variants that run over are left out. */
+const int *copy_variants(copier &to, const tinygltf::Primitive &from, size_t variants)
+{
+    auto it = from.extensions.find("KHR_materials_variants");
+    const tinygltf::Value *mappings = it == from.extensions.end() ? nullptr : member(it->second, "mappings");
+    if (!mappings || !mappings->IsArray() || !variants)
+        return nullptr;
+    int *materials = to.rows<int>(variants);
+    std::fill(materials, materials + variants, -1);
+    for (size_t m = 0; m < mappings->ArrayLen(); m++) {
+        const tinygltf::Value &mapping = mappings->Get(m);
+        const tinygltf::Value *list = member(mapping, "variants");
+        for (size_t i = 0; list && list->IsArray() && i < list->ArrayLen(); i++) {
+            int variant = list->Get(i).IsInt() ? list->Get(i).GetNumberAsInt() : -1;
+            if (variant >= 0 && static_cast<size_t>(variant) < variants)
+                materials[variant] = index(mapping, "material", -1);
+        }
+    }
+    return materials;
+}
+
+void copy_primitive(copier &to, gltf_primitive &out, const tinygltf::Primitive &from, size_t variants)
+{
+    auto draco = from.extensions.find("KHR_draco_mesh_compression");
+    out.draco = -1;
+    if (draco != from.extensions.end()) {
+        out.draco = index(draco->second, "bufferView", INT_MAX);
+        out.unique = int_members(to, member(draco->second, "attributes"));
+    }
+    out.variant_of = copy_variants(to, from, variants);
     out.attributes = to.attributes(from.attributes);
     gltf_attributes *targets = nullptr;
     out.target_count =
@@ -192,13 +256,14 @@ void copy_primitive(copier &to, gltf_primitive &out, const tinygltf::Primitive &
     out.mode = from.mode;
 }
 
-void copy_mesh(copier &to, gltf_mesh &out, const tinygltf::Mesh &from)
+void copy_mesh(copier &to, gltf_mesh &out, const tinygltf::Mesh &from, size_t variants)
 {
     out.name = to.text(from.name);
     gltf_primitive *primitives = nullptr;
     out.primitive_count =
-        to.each(primitives, from.primitives,
-                [&](gltf_primitive &row, const tinygltf::Primitive &p) { copy_primitive(to, row, p); });
+        to.each(primitives, from.primitives, [&](gltf_primitive &row, const tinygltf::Primitive &p) {
+            copy_primitive(to, row, p, variants);
+        });
     out.primitives = primitives;
     out.weights = to.reals(from.weights);
 }
@@ -217,6 +282,13 @@ void copy_node(copier &to, gltf_node &out, const tinygltf::Node &from)
     out.rotation = to.reals(from.rotation);
     out.scale = to.reals(from.scale);
     out.weights = to.reals(from.weights);
+    auto visibility = from.extensions.find("KHR_node_visibility");
+    const tinygltf::Value *visible =
+        visibility == from.extensions.end() ? nullptr : member(visibility->second, "visible");
+    out.hidden = visible && visible->IsBool() && !visible->Get<bool>();
+    auto instancing = from.extensions.find("EXT_mesh_gpu_instancing");
+    if (instancing != from.extensions.end())
+        out.instances = int_members(to, member(instancing->second, "attributes"));
 }
 
 void copy_camera(copier &to, gltf_camera &out, const tinygltf::Camera &from)
@@ -274,7 +346,23 @@ void copy_scene_graph(copier &to, gltf_document &out, const tinygltf::Model &fro
                              [&](gltf_clip &row, const tinygltf::Animation &a) { copy_clip(to, row, a); });
     out.scene_count = to.each(out.scenes, from.scenes,
                               [&](gltf_ints &row, const tinygltf::Scene &s) { row = to.ints(s.nodes); });
+    std::vector<std::string> names;
+    for (const auto &scene : from.scenes)
+        names.push_back(scene.name);
+    out.scene_names = to.strings(names);
     out.default_scene = from.defaultScene;
+}
+
+void copy_variant_names(copier &to, gltf_document &out, const tinygltf::Model &from)
+{
+    std::vector<std::string> names;
+    auto it = from.extensions.find("KHR_materials_variants");
+    const tinygltf::Value *list = it == from.extensions.end() ? nullptr : member(it->second, "variants");
+    for (size_t i = 0; list && list->IsArray() && i < list->ArrayLen(); i++) {
+        const tinygltf::Value *name = member(list->Get(i), "name");
+        names.push_back(name && name->IsString() ? name->Get<std::string>() : "");
+    }
+    out.variants = to.strings(names);
 }
 
 void copy_model(copier &to, gltf_document &out, const tinygltf::Model &from)
@@ -283,20 +371,23 @@ void copy_model(copier &to, gltf_document &out, const tinygltf::Model &from)
     out.min_version = to.text(from.asset.minVersion);
     out.generator = to.text(from.asset.generator);
     out.extensions_used = to.strings(from.extensionsUsed);
-    out.view_count = to.each(out.views, from.bufferViews, [&](gltf_view &row, const tinygltf::BufferView &v) {
-        row = {v.buffer, v.byteOffset, v.byteLength, v.byteStride};
-    });
+    out.view_count = to.each(out.views, from.bufferViews,
+                             [&](gltf_view &row, const tinygltf::BufferView &v) { copy_view(to, row, v); });
+    copy_variant_names(to, out, from);
     out.accessor_count =
         to.each(out.accessors, from.accessors,
                 [&](gltf_accessor &row, const tinygltf::Accessor &a) { copy_accessor(row, a); });
-    out.mesh_count = to.each(out.meshes, from.meshes,
-                             [&](gltf_mesh &row, const tinygltf::Mesh &m) { copy_mesh(to, row, m); });
+    out.mesh_count = to.each(out.meshes, from.meshes, [&](gltf_mesh &row, const tinygltf::Mesh &m) {
+        copy_mesh(to, row, m, out.variants.count);
+    });
     out.material_count =
         to.each(out.materials, from.materials,
                 [&](gltf_material &row, const tinygltf::Material &m) { copy_material(to, row, m); });
     out.texture_count =
         to.each(out.textures, from.textures, [&](gltf_texture &row, const tinygltf::Texture &t) {
-            row = {t.sampler, t.source};
+            auto webp = t.extensions.find("EXT_texture_webp");
+            row = {t.sampler,
+                   webp == t.extensions.end() ? t.source : index(webp->second, "source", t.source)};
         });
     out.sampler_count =
         to.each(out.samplers, from.samplers, [&](gltf_sampler &row, const tinygltf::Sampler &s) {
@@ -476,9 +567,46 @@ std::string real_errors(std::string text)
     return text;
 }
 
+/* tinygltf refuses indices without a view, which is how Draco's stand in a file. Give those of packed
+ * primitives one, and say which they are. Returns the new text, nothing when the old one does. */
+std::string lend_views(const char *text, size_t size, std::vector<size_t> &lent)
+{
+    static const char key[] = "\"KHR_draco_mesh_compression\"";
+    if (std::search(text, text + size, key, key + sizeof key - 1) == text + size)
+        return "";
+    nlohmann::json json = nlohmann::json::parse(text, text + size, nullptr, false);
+    nlohmann::json none = nlohmann::json::array();
+    auto list = [&](nlohmann::json &from, const char *name) -> nlohmann::json & {
+        return from.is_object() && from.contains(name) && from[name].is_array() ? from[name] : none;
+    };
+    nlohmann::json &accessors = list(json, "accessors");
+    for (auto &mesh : list(json, "meshes"))
+        for (auto &primitive : list(mesh, "primitives")) {
+            if (!primitive.is_object() || !primitive.value("extensions", nlohmann::json::object())
+                                               .contains("KHR_draco_mesh_compression"))
+                continue;
+            auto indices = primitive.find("indices");
+            if (indices == primitive.end() || !indices->is_number_unsigned() ||
+                indices->get<size_t>() >= accessors.size())
+                continue;
+            auto &accessor = accessors[indices->get<size_t>()];
+            if (!accessor.is_object() || accessor.contains("bufferView"))
+                continue;
+            accessor["bufferView"] = 0;
+            lent.push_back(indices->get<size_t>());
+        }
+    return lent.empty() ? "" : json.dump();
+}
+
 void parse(copier &to, gltf_document &out, const char *text, size_t size, const gltf_scan *scan)
 {
     tinygltf::TinyGLTF loader;
+    std::vector<size_t> lent;
+    const std::string changed = lend_views(text, size, lent);
+    if (!changed.empty()) {
+        text = changed.data();
+        size = changed.size();
+    }
     tinygltf::Model model;
     std::string error, warning;
     copy_required(to, out, scan);
@@ -490,6 +618,8 @@ void parse(copier &to, gltf_document &out, const char *text, size_t size, const 
     if (!error.empty())
         throw malformed(error);
     copy_model(to, out, model);
+    for (size_t accessor : lent)
+        out.accessors[accessor].view = -1;
     if (out.version[0] != '2')
         return; /* older files have other kinds of lists; the version is refused by whoever asks */
     copy_buffers(to, out, scan);

@@ -7,6 +7,7 @@
 #include <spng.h>
 
 #include "runtime/asset/image_jpeg.h"
+#include "runtime/asset/image_webp.h"
 
 /* A chunk of text or colour profile larger than this is nothing a texture needs. */
 #define PNG_CHUNK_MAX ((size_t)16 << 20)
@@ -58,13 +59,16 @@ kd_status image_measure(const uint8_t *bytes, size_t size, image_info *out, cons
 {
     if (is_png(bytes, size))
         return measure_png(bytes, size, out, error);
-    if (!is_jpeg(bytes, size)) {
-        *error = "the picture is neither PNG nor JPEG; convert it";
+    bool webp = image_is_webp(bytes, size);
+    if (!webp && !is_jpeg(bytes, size)) {
+        *error = "the picture is neither PNG, JPEG nor WebP; convert it";
         return KD_UNSUPPORTED;
     }
     int width, height;
-    *error = "the JPEG header is broken";
-    if (size > INT_MAX || !image_jpeg_measure(bytes, (int)size, &width, &height) || width < 1 || height < 1)
+    *error = webp ? "the WebP header is broken" : "the JPEG header is broken";
+    bool measured = size <= INT_MAX && (webp ? image_webp_measure(bytes, size, &width, &height)
+                                             : image_jpeg_measure(bytes, (int)size, &width, &height));
+    if (!measured || width < 1 || height < 1)
         return KD_BAD_FORMAT;
     *error = "the picture is wider or higher than 16384 pixels; make it smaller";
     if (width > (int)IMAGE_SIDE_MAX || height > (int)IMAGE_SIDE_MAX)
@@ -80,6 +84,10 @@ kd_status image_decode(const uint8_t *bytes, size_t size, const image_info *info
     if (is_jpeg(bytes, size)) {
         *error = "the JPEG data are broken or cut off";
         return image_jpeg_decode(bytes, (int)size, out_bytes, rgba) ? KD_OK : KD_BAD_FORMAT;
+    }
+    if (image_is_webp(bytes, size)) {
+        *error = "the WebP data are broken or cut off";
+        return image_webp_decode(bytes, size, info->width, info->height, rgba) ? KD_OK : KD_BAD_FORMAT;
     }
     *error = "out of memory";
     spng_ctx *png = open_png(bytes, size);

@@ -1,7 +1,8 @@
 #ifndef KD_ASSET_IMAGE_H
 #define KD_ASSET_IMAGE_H
 
-/* Pictures of a model: PNG through libspng, JPEG through stb_image, told apart by their first bytes. */
+/* Pictures of a model: PNG through libspng, JPEG through stb_image, WebP through libwebp, told apart by their
+ * first bytes. */
 
 #include <stddef.h>
 #include <stdint.h>

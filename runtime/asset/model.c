@@ -11,18 +11,22 @@
 #include "runtime/asset/gltf_loader.h"
 #include "runtime/asset/model_bounds.h"
 #include "runtime/core/file.h"
+#include "runtime/core/nearest.h"
 
 #define BLOCK_BYTES ((size_t)256 << 10)
 
 /* ---- the head of the file ---- */
 
-static bool is_supported(const char *extension)
+bool kd_model_reads_extension(const char *name)
 {
-    static const char *const supported[] = {"KHR_lights_punctual", "KHR_materials_emissive_strength",
-                                            "KHR_texture_transform", "KHR_mesh_quantization",
-                                            "KHR_materials_unlit"};
+    static const char *const supported[] = {"KHR_lights_punctual",     "KHR_materials_emissive_strength",
+                                            "KHR_texture_transform",   "KHR_mesh_quantization",
+                                            "KHR_materials_unlit",     "KHR_draco_mesh_compression",
+                                            "EXT_meshopt_compression", "EXT_texture_webp",
+                                            "EXT_mesh_gpu_instancing", "KHR_node_visibility",
+                                            "KHR_materials_variants"};
     for (size_t i = 0; i < sizeof supported / sizeof *supported; i++)
-        if (strcmp(extension, supported[i]) == 0)
+        if (strcmp(name, supported[i]) == 0)
             return true;
     return false;
 }
@@ -31,7 +35,7 @@ static kd_status check_required(gltf_loader *l)
 {
     gltf_strings required = l->doc.extensions_required;
     for (size_t i = 0; i < required.count; i++)
-        if (!is_supported(required.at[i]))
+        if (!kd_model_reads_extension(required.at[i]))
             return gltf_fail(l, KD_UNSUPPORTED,
                              "the model requires the extension '%.60s', which is not read "
                              "(extensionsRequired); export it without",
@@ -46,7 +50,7 @@ static kd_status list_extensions(gltf_loader *l)
     kd_status status = gltf_alloc(l, &l->kept, used.count + 1, sizeof *names, &names);
     for (size_t i = 0; !status && i < used.count; i++) {
         names[i] = kd_arena_printf(&l->kept, "%s", used.at[i]);
-        if (!is_supported(used.at[i]))
+        if (!kd_model_reads_extension(used.at[i]))
             gltf_warn(l, "the optional extension '%.60s' is not read", used.at[i]);
     }
     l->model->extensions_used = names;
@@ -84,6 +88,55 @@ static kd_status parse_file(gltf_loader *l, uint8_t *bytes, size_t size)
     if (refused)
         return refused;
     return status ? gltf_fail(l, status, "%s; export the model again", error) : KD_OK;
+}
+
+/* Names as the file has them, "kind N" for empty ones; NULL-terminated. */
+static kd_status list_names(gltf_loader *l, gltf_strings from, const char *kind, const char *const **out)
+{
+    const char **names;
+    kd_status status = gltf_alloc(l, &l->kept, from.count + 1, sizeof *names, &names);
+    for (size_t i = 0; !status && i < from.count; i++) {
+        names[i] = gltf_name(l, from.at[i], kind, i);
+        if (!names[i])
+            status = gltf_fail(l, KD_NO_MEMORY, "out of memory for names");
+    }
+    *out = names;
+    return status;
+}
+
+/* Find what an option asks for by name. */
+static kd_status choose(gltf_loader *l, const char *const *names, const char *kind, const char *wanted,
+                        uint32_t *out)
+{
+    kd_nearest near = kd_nearest_to(wanted);
+    for (uint32_t i = 0; names[i]; i++) {
+        kd_nearest_offer(&near, names[i]);
+        if (strcmp(names[i], wanted) == 0) {
+            *out = i;
+            return KD_OK;
+        }
+    }
+    if (!names[0])
+        return gltf_fail(l, KD_NOT_FOUND, "there is no %s '%.60s', the file has none; leave it out", kind,
+                         wanted);
+    return gltf_fail(l, KD_NOT_FOUND, "there is no %s '%.60s'; '%.60s' is one", kind, wanted,
+                     near.best ? near.best : names[0]);
+}
+
+static kd_status choose_parts(gltf_loader *l)
+{
+    const kd_model_options *o = &l->options;
+    kd_model *m = l->model;
+    kd_status status = list_names(l, l->doc.scene_names, "scene", &m->scenes);
+    if (!status)
+        status = list_names(l, l->doc.variants, "variant", &m->variants);
+    l->variant = KD_NONE;
+    if (!status && o->variant)
+        status = choose(l, m->variants, "variant", o->variant, &l->variant);
+    m->scene = l->doc.default_scene == -1 ? l->doc.scene_count ? 0 : KD_NONE : (uint32_t)l->doc.default_scene;
+    if (!status && o->scene)
+        status = choose(l, m->scenes, "scene", o->scene, &m->scene);
+    return status;
 }
 
 static kd_status make_tables(gltf_loader *l)
@@ -124,9 +177,10 @@ static kd_status set_limit(gltf_loader *l)
 static kd_status convert(gltf_loader *l)
 {
     static kd_status (*const steps[])(gltf_loader *) = {
-        check_version,       check_required,  list_extensions,  make_tables,       gltf_load_buffers,
-        gltf_load_materials, set_limit,       gltf_load_meshes, gltf_load_cameras, gltf_load_lights,
-        gltf_load_nodes,     gltf_load_skins, gltf_load_clips,  measure,
+        check_version,     check_required,    list_extensions,     choose_parts,
+        make_tables,       gltf_load_buffers, gltf_load_materials, set_limit,
+        gltf_unpack_views, gltf_load_meshes,  gltf_load_cameras,   gltf_load_lights,
+        gltf_load_nodes,   gltf_load_skins,   gltf_load_clips,     measure,
     };
     kd_status status = KD_OK;
     for (size_t i = 0; !status && i < sizeof steps / sizeof *steps; i++)

@@ -180,6 +180,9 @@ typedef struct kd_model {
     uint32_t warning_count;
     const char *const *warnings;        /* optional extensions not supported, dropped points and lines, … */
     const char *const *extensions_used; /* NULL-terminated */
+    const char *const *scenes;          /* names, NULL-terminated; "scene 0" where there is none */
+    const char *const *variants;        /* of materials (KHR_materials_variants), NULL-terminated */
+    uint32_t scene;                     /* the one that was loaded; KD_NONE: the file names no scenes */
     const char *generator;
     uint64_t triangle_count;        /* over node instances */
     kd_vec3 bounds_min, bounds_max; /* rest pose, model space */
@@ -192,7 +195,8 @@ typedef struct kd_model {
 kd_status kd_model_load(const char *path, kd_model **out);
 
 typedef struct kd_model_options {
-    uint32_t subdiv_level; /* of all cages; 0: each file's own, else KD_SUBDIV_LEVEL */
+    uint32_t subdiv_level;       /* of all cages; 0: each file's own, else KD_SUBDIV_LEVEL */
+    const char *scene, *variant; /* by name; NULL: the file's default scene, the materials as they stand */
 } kd_model_options;
 #define KD_SUBDIV_LEVEL     3u
 #define KD_SUBDIV_LEVEL_MAX 6u
@@ -204,6 +208,9 @@ kd_status kd_model_load_with(const char *path, const kd_model_options *options, 
 void kd_subdivision_evaluate(const kd_subdivision *s, uint32_t vertex_count, const kd_vec3 *cage,
                              kd_vec3 *positions, kd_vec3 *normals, kd_vec4 *tangents);
 void kd_model_destroy(kd_model *model);
+
+/** Tell whether a glTF extension is read, in whole or in the part that this renderer can show. */
+bool kd_model_reads_extension(const char *name);
 
 /* ---- primitives made in memory: unit-sized, centred at the origin, with uv, normals and tangents ---- */
 typedef enum kd_shape {

@@ -11,10 +11,11 @@
 
 #define WHAT "kandil.spawn"
 
-static const char *const own_keys[] = {"name",      "model",  "mesh",  "material", "transform",
-                                       "animation", "parent", "light", "camera",   NULL};
+static const char *const own_keys[] = {"name",   "model", "mesh",   "material", "transform", "animation",
+                                       "parent", "light", "camera", "scene",    "variant",   NULL};
 /* keys that are no component here, or that the host fills */
-static const char *const host_keys[] = {"name", "model", "mesh", "material", "animation", "parent", NULL};
+static const char *const host_keys[] = {"name",   "model", "mesh",    "material", "animation",
+                                        "parent", "scene", "variant", NULL};
 
 uint64_t script_host_begin(lua_State *L)
 {
@@ -186,11 +187,15 @@ int script_spawn(lua_State *L)
     script_check_spawn_keys(L, 1, WHAT);
     spawn.name = script_get_string(L, 1, WHAT, "name");
     spawn.model = script_get_string(L, 1, WHAT, "model");
+    spawn.model_scene = script_get_string(L, 1, WHAT, "scene");
+    spawn.variant = script_get_string(L, 1, WHAT, "variant");
     read_mesh(L, &spawn.mesh);
     read_material(L, &spawn.material);
     spawn.parent = read_parent(L);
     if (spawn.model && spawn.mesh.shape)
         return luaL_error(L, WHAT ": model and mesh exclude each other; spawn two entities");
+    if ((spawn.model_scene || spawn.variant) && !spawn.model)
+        return luaL_error(L, WHAT ": a scene or a variant is one of a model; name the model");
     if (spawn.material.given && !spawn.model && !spawn.mesh.shape)
         return luaL_error(L, WHAT ": a material needs a model or a mesh to cover; add one");
     if (spawn.model)

@@ -105,7 +105,7 @@ static void broken_pictures_are_refused(void **state)
     }
     memset(data + 36, 'x', size);
     snprintf(json, sizeof json, material_json, size, 36 + size);
-    load_bad(json, data, 36 + size, KD_UNSUPPORTED, "neither PNG nor JPEG");
+    load_bad(json, data, 36 + size, KD_UNSUPPORTED, "neither PNG, JPEG nor WebP");
     free(data);
 }
 

@@ -295,9 +295,9 @@ static void lights_are_read_with_their_defaults(void **state)
 static void required_extensions_are_refused_by_name(void **state)
 {
     (void)state;
-    load_bad(PLAIN("'nodes':[{'mesh':0}],'extensionsUsed':['KHR_draco_mesh_compression'],'extensionsRequired'"
-                   ":['KHR_draco_mesh_compression']"),
-             KD_UNSUPPORTED, "'KHR_draco_mesh_compression'");
+    load_bad(PLAIN("'nodes':[{'mesh':0}],'extensionsUsed':['KHR_texture_basisu'],'extensionsRequired'"
+                   ":['KHR_texture_basisu']"),
+             KD_UNSUPPORTED, "'KHR_texture_basisu'");
     /* what the extension leaves out looks like mistakes to a reader that does not know it */
     load_bad("{'asset':{'version':'2.0'},'extensionsRequired':['KHR_mesh_quantization','KHR_other'],"
              "'accessors':[{'bufferView':'none'}],'buffers':[{}]}",
