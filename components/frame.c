@@ -1,8 +1,9 @@
 #include "components/frame.h"
 
 static const char *const gi_names[] = {"cones", "none", NULL};
-static const char *const view_names[] = {"final",  "direct", "indirect", "ao",     "specular",
-                                         "albedo", "normal", "depth",    "octree", NULL};
+static const char *const view_names[] = {"final",  "direct", "indirect", "ao",    "specular",
+                                         "albedo", "normal", "depth",    "light", "caches",
+                                         "pages",  "octree", "lookup",   "cost",  NULL};
 _Static_assert(sizeof view_names / sizeof view_names[0] == KD_VIEW_MODE_COUNT + 1, "a view without a name");
 
 #define SETTING_DEFAULT(type, group, name, default_, min, max, words, unit, doc) .group##_##name = (default_),
@@ -18,7 +19,21 @@ KD_COMPONENT_DEFINE_DEFAULT(kd_frame, "frame", &frame_default,
                             KD_FIELD_ENUM(kd_frame, gi, gi_names, "technique that gathers indirect light"),
                             KD_FIELD_ENUM(kd_frame, view, view_names, "what the picture shows"));
 
+bool kd_frame_shows_voxels(const kd_frame *frame)
+{
+    return frame->view >= KD_VIEW_CACHES && frame->view <= KD_VIEW_LOOKUP;
+}
+
+kd_view_channel kd_frame_channel(const kd_frame *frame)
+{
+    if (frame->settings.view_channel != KD_CHANNEL_AUTO)
+        return (kd_view_channel)frame->settings.view_channel;
+    return frame->view == KD_VIEW_CACHES || frame->view == KD_VIEW_PAGES ? KD_CHANNEL_ALBEDO
+                                                                         : KD_CHANNEL_RADIANCE;
+}
+
 bool kd_frame_needs_voxels(kd_system_context *context)
 {
-    return kd_singleton(context->world, kd_frame)->gi != KD_GI_NONE;
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    return frame->gi != KD_GI_NONE || kd_frame_shows_voxels(frame);
 }

@@ -16,7 +16,12 @@ typedef enum kd_view_mode {
     KD_VIEW_ALBEDO,
     KD_VIEW_NORMAL,
     KD_VIEW_DEPTH,
+    KD_VIEW_LIGHT,
+    KD_VIEW_CACHES, /* from here on drawn by systems/debug_view */
+    KD_VIEW_PAGES,
     KD_VIEW_OCTREE,
+    KD_VIEW_LOOKUP,
+    KD_VIEW_COST,
     KD_VIEW_MODE_COUNT
 } kd_view_mode;
 
@@ -32,7 +37,13 @@ typedef struct kd_frame {
 } kd_frame;
 KD_COMPONENT_DECLARE(kd_frame);
 
-/** Tell whether this frame's technique gathers light from voxels: run_if of the voxel systems. */
+/** Tell whether the view draws voxels or the tree, and none of the frame's picture. */
+bool kd_frame_shows_voxels(const kd_frame *frame);
+/** What a view of voxels shows of them: `view.channel`, AUTO replaced by what suits the view. */
+kd_view_channel kd_frame_channel(const kd_frame *frame);
+
+/** Tell whether this frame's technique gathers light from voxels, or its view shows them: run_if of the voxel
+ * systems. */
 bool kd_frame_needs_voxels(kd_system_context *context);
 
 #endif

@@ -25,15 +25,16 @@
 #define VIEW_LIST(X)                                                                                         \
     X("final")                                                                                               \
     X("direct")                                                                                              \
-    X("indirect") X("ao") X("specular") X("albedo") X("normal") X("depth") X("octre"                         \
-                                                                             "e")
+    X("indirect") X("ao") X("specular") X("albedo") X("normal") X("depth") X("light") X("caches") X("pages") \
+        X("octree") X("lookup") X("cost")
 #define CONTEXT_LIST(X)                                                                                      \
     X("auto") X("glfw") X("egl") X("egl-device") X("egl-surfaceless") X("egl-software") X("osmesa")
 #define TERM_LIST(X)                                                                                         \
     X("final")                                                                                               \
     X("direct")                                                                                              \
-    X("indirect") X("diffuse") X("specular") X("ao") X("albedo") X("normal") X("dept"                        \
-                                                                               "h")
+    X("indirect")                                                                                            \
+    X("diffuse") X("specular") X("ao") X("albedo") X("normal") X("dept"                                      \
+                                                                 "h")
 #define WORD(word)   word,
 #define SPACED(word) " " word
 
@@ -388,7 +389,8 @@ static const app_option_row run_options[] = {
     {"--voxels", "FILE.kvox", read_voxels,
      "take voxels from a file that `kandil voxelize` has written for this scene"},
     {"--view", "VIEW", read_view, "what the picture shows, one of:" VIEW_LIST(SPACED)},
-    {"--level", "L", read_level, "tree level that --view octree shows; default: the finest"},
+    {"--level", "L", read_level,
+     "level that --view caches, pages, octree and lookup show; default: the finest"},
     {"--profile", "table|FILE", read_profile,
      "print the time of every system at the end, or write the whole timeline (.json for Chrome, .pftrace for "
      "Perfetto); repeatable"},

@@ -14,6 +14,10 @@
 #define KD_SVO_BUILD_LIST(X)  X(ORDERFREE, "orderfree") X(ATOMIC, "atomic") X(LEVELS, "levels")
 #define KD_BOUNCES_LIST(X)    X(NONE, "0") X(ONE, "1") X(TWO, "2") X(INF, "inf")
 #define KD_TONEMAP_LIST(X)    X(ACES, "aces") X(REINHARD, "reinhard") X(LINEAR, "linear")
+#define KD_CHANNEL_LIST(X)                                                                                   \
+    X(AUTO, "auto")                                                                                          \
+    X(RADIANCE, "radiance") X(ALBEDO, "albedo") X(NORMAL, "normal") X(OPACITY, "opacity")                    \
+        X(CASCADE, "cascade")
 
 typedef enum kd_svo_layers {
 #define KD_SVO_LAYERS_ENUM(name, text) KD_SVO_LAYERS_##name,
@@ -38,6 +42,12 @@ typedef enum kd_tonemap {
     KD_TONEMAP_LIST(KD_TONEMAP_ENUM)
 #undef KD_TONEMAP_ENUM
 } kd_tonemap;
+
+typedef enum kd_view_channel {
+#define KD_CHANNEL_ENUM(name, text) KD_CHANNEL_##name,
+    KD_CHANNEL_LIST(KD_CHANNEL_ENUM)
+#undef KD_CHANNEL_ENUM
+} kd_view_channel;
 
 typedef enum kd_setting_type {
     KD_SETTING_BOOL,
@@ -87,7 +97,10 @@ typedef enum kd_setting_type {
     X(BOOL, view, auto_exposure, false, 0, 1, NULL, NULL, "choose the exposure from the picture")            \
     X(ENUM, view, tonemap, KD_TONEMAP_ACES, 0, 2, tonemap_words, NULL,                                       \
       "curve from scene light to the screen")                                                                \
-    X(I32, view, level, -1, -1, 15, NULL, NULL, "tree level that debug views show; -1: the finest")          \
+    X(I32, view, level, -1, -1, 15, NULL, NULL,                                                              \
+      "level that views of voxels and of the tree show, each twice as coarse; -1 and 0: the finest")         \
+    X(ENUM, view, channel, KD_CHANNEL_AUTO, 0, 5, channel_words, NULL,                                       \
+      "what these views show of a voxel; auto: albedo of caches and pages, radiance of the tree")            \
     X(BOOL, debug, access, false, 0, 1, NULL, NULL,                                                          \
       "stop when a system touches components that it does not declare")                                      \
     X(I32, debug, shuffle, 0, 0, 99999, NULL, NULL,                                                          \

@@ -55,6 +55,9 @@ vec3 brdf_direct(surface s, vec3 v, vec3 l)
     return ((1.0 - f) * brdf_diffuse_albedo(s) / BRDF_PI + f * specular) * n_dot_l;
 }
 
+/* The same of a white matte surface, whatever this one is made of. */
+float brdf_white(surface s, vec3 l) { return max(dot(s.normal_ws, l), 0.0) / BRDF_PI; }
+
 /* Share of light from all around that the specular lobe returns: f0 * x + y. A fit of our own, by least
  * squares over the integral of this very lobe on a grid of roughness and n.v, grazing views weighted down:
  * `kept` is what f0 = 1 returns (1 less what single scattering loses), `y` the part that Fresnel's term

@@ -68,15 +68,20 @@ uvec2 tree_fetch_leaf(int c, ivec3 cell)
     return parent == KD_EMPTY ? uvec2(0u) : texelFetch(tree_leaves, int(parent) * 8 + tree_octant(cell, 0)).rg;
 }
 
+// Node of a (wrapped) cell of sparse level 1 … KD_SPARSE_LEVELS - 1, or KD_EMPTY.
+uint tree_node(int c, int level, ivec3 cell)
+{
+    uint parent = tree_parent(c, level, cell);
+    if (parent == KD_EMPTY)
+        return KD_EMPTY;
+    return texelFetch(tree_nodes, int(tree.node_offset[KD_SPARSE_LEVELS - level - 1] + parent * 8u) + tree_octant(cell, 0)).r;
+}
+
 // A node of sparse level 1 … KD_SPARSE_LEVELS - 1, as a ray along `direction` sees it.
 vec4 tree_fetch_node(int c, int level, ivec3 cell, vec3 direction)
 {
 #if KD_SPARSE_LEVELS > 1
-    cell = tree_wrap(c, level, cell);
-    uint node = tree_parent(c, level, cell);
-    if (node == KD_EMPTY)
-        return vec4(0.0);
-    node = texelFetch(tree_nodes, int(tree.node_offset[KD_SPARSE_LEVELS - level - 1] + node * 8u) + tree_octant(cell, 0)).r;
+    uint node = tree_node(c, level, tree_wrap(c, level, cell));
     if (node == KD_EMPTY)
         return vec4(0.0);
     return node_seen(texelFetch(tree_data, int(tree.data_offset[KD_SPARSE_LEVELS - level - 1] + node)).rg, direction, abs(direction));

@@ -6,40 +6,15 @@ layout(local_size_x = 64) in;
 #include "shaders/include/linear.glsl"
 #include "shaders/include/tree_params.glsl"
 #include "shaders/include/svo_book.glsl"
-#include "shaders/include/rank.glsl"
 #include "shaders/include/morton.glsl"
-#include "shaders/include/cell_attributes.glsl"
+#include "shaders/include/cell_load.glsl"
 #include "shaders/include/tree_node.glsl"
 #include "shaders/include/lights.glsl"
 #include "shaders/include/bounce.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
-layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };         // static, then dynamic layer
-layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };         // of the dynamic layer
-layout(std430, binding = 3) readonly buffer surface_block { uvec2 surface[]; };    // of static cells, beside their leaves
-layout(std430, binding = 4) readonly buffer emission_block { uvec2 emission[]; };
-layout(std430, binding = 5) readonly buffer dynamic_block { uvec4 dynamic_cells[]; };
 layout(std430, binding = 6) buffer leaves_block { uvec2 leaves[]; };
 layout(binding = KD_UNIT_BOUNCE) uniform usamplerBuffer entries;                  // shaders/shared/bounce.h
-
-// Attributes of a cell from both layers; weight 0 when it is empty.
-cell_attributes load_cell(uint slot, uint code)
-{
-    cell_attributes a;
-    a.albedo = a.normal = a.emission = vec3(0.0);
-    a.double_sided = 0.0;
-    a.weight = 0u;
-    uint word = code >> 5, bit = 1u << (code & 31u);
-    uint s = masks[word], d = masks[pass.y + word];
-    if ((s & bit) != 0u)
-        a = cell_attributes_unpack(uvec4(surface[slot], emission[slot]));
-    if ((d & bit) != 0u) {
-        uint rank = rank_below(ranks[word], d, code);
-        if (rank < pass.z)
-            a = cell_attributes_merge(a, cell_attributes_unpack(dynamic_cells[rank]));
-    }
-    return a;
-}
 
 // Cosine that the cell's surfaces show to the light. Where normals of many directions meet, the mean of a sphere's lit
 // side takes over: a quarter of what faces it.
@@ -95,7 +70,7 @@ vec3 bounced_light(cell_attributes a, uint c, ivec3 cell)
 
 uvec2 leaf_of(uint slot, uint code)
 {
-    cell_attributes a = load_cell(slot, code);
+    cell_attributes a = cell_load(slot, code, pass.y, pass.z);
     if (a.weight == 0u)
         return uvec2(0u);
     uint c = code >> (3u * tree.info.z);

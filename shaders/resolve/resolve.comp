@@ -18,20 +18,26 @@ layout(binding = 1, rgba8) uniform writeonly image2D ldr_image;
 
 const uint show = SHOW;
 
+/* Light arrives as at a white matte surface when light alone is shown. */
+vec3 reflected(surface s, vec3 v, vec3 to_light)
+{
+    return show == KD_SHOW_LIGHT ? vec3(brdf_white(s, to_light)) : brdf_direct(s, v, to_light);
+}
+
 vec3 direct_light(surface s, vec3 v)
 {
     vec3 to_light, sum = vec3(0.0);
 #ifdef DIRECTIONAL
     for (uint i = 0u; i < light_directional_count(); i++) {
         vec3 irradiance = light_sample(i, s.position_ws, to_light);
-        sum += irradiance * brdf_direct(s, v, to_light) *
+        sum += irradiance * reflected(s, v, to_light) *
                light_shadow_directional(i, s.position_ws, s.face_normal_ws);
     }
 #endif
 #ifdef LOCAL
     for (uint i = light_directional_count(); i < light_count(); i++) {
         vec3 irradiance = light_sample(i, s.position_ws, to_light);
-        sum += irradiance * brdf_direct(s, v, to_light) *
+        sum += irradiance * reflected(s, v, to_light) *
                light_shadow_local(i, s.position_ws, s.face_normal_ws);
     }
 #endif
@@ -65,6 +71,8 @@ vec3 shaded(surface s, vec3 v, ivec2 pixel)
 {
     if (show == KD_SHOW_DIRECT)
         return direct_light(s, v);
+    if (show == KD_SHOW_LIGHT)
+        return direct_light(s, v) + gathered_diffuse(pixel).rgb * s.occlusion;
     if (show == KD_SHOW_SPECULAR)
         return indirect_specular(s, v, pixel);
     vec3 indirect = indirect_diffuse(s, v, pixel) + indirect_specular(s, v, pixel);

@@ -1,4 +1,4 @@
-/* From radiance to the picture with a measured exposure. */
+/* From what was drawn to the picture, with a measured exposure. */
 
 #include "shaders/shared/bindings.h"
 #include "shaders/resolve/screen.glsl"
@@ -15,5 +15,5 @@ void main()
     if (any(greaterThanEqual(pixel, textureSize(hdr, 0))))
         return;
     vec3 c = texelFetch(hdr, pixel, 0).rgb;
-    imageStore(ldr_image, pixel, vec4(screen_light(c, exposure, params.mode.y), 1.0));
+    imageStore(ldr_image, pixel, vec4(screen_view(c, params.mode.x, exposure, params.mode.y), 1.0));
 }

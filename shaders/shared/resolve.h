@@ -4,24 +4,26 @@
 #include "shaders/shared/layout.h"
 
 /* What the picture shows: the numbers of kd_view_mode. */
-#define KD_SHOW_FINAL 0u
-#define KD_SHOW_DIRECT 1u
+#define KD_SHOW_FINAL    0u
+#define KD_SHOW_DIRECT   1u
 #define KD_SHOW_INDIRECT 2u
-#define KD_SHOW_AO 3u
+#define KD_SHOW_AO       3u
 #define KD_SHOW_SPECULAR 4u
-#define KD_SHOW_ALBEDO 5u
-#define KD_SHOW_NORMAL 6u
-#define KD_SHOW_DEPTH 7u
-#define KD_SHOW_COUNT 8
+#define KD_SHOW_ALBEDO   5u
+#define KD_SHOW_NORMAL   6u
+#define KD_SHOW_DEPTH    7u
+#define KD_SHOW_LIGHT    8u
+#define KD_SHOW_COUNT    9
 
 /* The numbers of kd_tonemap. */
-#define KD_CURVE_ACES 0u
+#define KD_CURVE_ACES     0u
 #define KD_CURVE_REINHARD 1u
-#define KD_CURVE_LINEAR 2u
+#define KD_CURVE_LINEAR   2u
 
 /* Uniform block KD_BIND_PASS of the passes that make the picture. */
 struct kd_resolve_params {
-    uvec4 mode; /* x: 0, y: KD_CURVE_*, z: 1 when the GI targets hold light, w: groups of luminance */
+    uvec4 mode; /* x: KD_SHOW_* by which the tone map treats the picture, y: KD_CURVE_*, z: 1 when the GI
+                   targets hold light, w: groups of luminance */
     /* ---- 16 */
 };
 KD_LAYOUT_CHECK(kd_resolve_params, 16)

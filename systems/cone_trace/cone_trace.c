@@ -224,9 +224,11 @@ static void run(kd_system_context *context)
     dispatch_pixels(gpu, state->upsample, state->grid.width, state->grid.height);
 }
 
+/* Views of voxels show nothing of what would be gathered. */
 static bool gi_is_cones(kd_system_context *context)
 {
-    return kd_singleton(context->world, kd_frame)->gi == KD_GI_CONES;
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    return frame->gi == KD_GI_CONES && !kd_frame_shows_voxels(frame);
 }
 
 static kd_status init(kd_system_context *context)

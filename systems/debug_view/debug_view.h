@@ -3,8 +3,8 @@
 
 #include "runtime/ecs/system.h"
 
-/** Register system octree_view: `--view octree`. Must be imported before resolve, whose tone map shows what
- * it draws. */
+/** Register the systems of the views that are drawn in place of the picture: view_tree (octree, lookup). Must
+ * be imported before resolve, whose tone map shows what they draw. */
 kd_status kd_debug_view_import(kd_schedule *s);
 
 #endif

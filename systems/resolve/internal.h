@@ -30,6 +30,8 @@ typedef struct resolve_state {
 /** Groups that cover `size` pixels. */
 uint32_t resolve_groups(uint32_t size, uint32_t group);
 struct kd_resolve_params resolve_params(kd_system_context *context);
+/** KD_SHOW_* by which the tone map treats what the frame shows: light, or data that it leaves alone. */
+uint32_t resolve_show(const kd_frame *frame);
 /** Tell whether this frame's exposure is measured. */
 bool resolve_measures(const kd_frame *frame);
 

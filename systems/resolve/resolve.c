@@ -14,7 +14,7 @@ _Static_assert((unsigned)KD_VIEW_FINAL == KD_SHOW_FINAL && (unsigned)KD_VIEW_DIR
                    (unsigned)KD_VIEW_INDIRECT == KD_SHOW_INDIRECT && (unsigned)KD_VIEW_AO == KD_SHOW_AO &&
                    (unsigned)KD_VIEW_SPECULAR == KD_SHOW_SPECULAR &&
                    (unsigned)KD_VIEW_ALBEDO == KD_SHOW_ALBEDO && (unsigned)KD_VIEW_NORMAL == KD_SHOW_NORMAL &&
-                   (unsigned)KD_VIEW_DEPTH == KD_SHOW_DEPTH,
+                   (unsigned)KD_VIEW_DEPTH == KD_SHOW_DEPTH && (unsigned)KD_VIEW_LIGHT == KD_SHOW_LIGHT,
                "shaders number the views as kd_view_mode does");
 _Static_assert((unsigned)KD_TONEMAP_ACES == KD_CURVE_ACES &&
                    (unsigned)KD_TONEMAP_REINHARD == KD_CURVE_REINHARD &&
@@ -26,10 +26,22 @@ uint32_t resolve_groups(uint32_t size, uint32_t group)
     return (size + group - 1) / group;
 }
 
-/* Views that other systems draw start from the final picture. */
-static uint32_t shown_view(const kd_frame *frame)
+/* Views that systems/debug_view draws into the picture. */
+static bool drawn_elsewhere(const kd_frame *frame)
 {
-    return frame->view > KD_VIEW_DEPTH ? KD_VIEW_FINAL : frame->view;
+    return frame->view > KD_VIEW_LIGHT;
+}
+
+uint32_t resolve_show(const kd_frame *frame)
+{
+    static const uint32_t by_channel[] = {[KD_CHANNEL_RADIANCE] = KD_SHOW_FINAL,
+                                          [KD_CHANNEL_ALBEDO] = KD_SHOW_ALBEDO,
+                                          [KD_CHANNEL_NORMAL] = KD_SHOW_NORMAL,
+                                          [KD_CHANNEL_OPACITY] = KD_SHOW_AO,
+                                          [KD_CHANNEL_CASCADE] = KD_SHOW_ALBEDO};
+    if (kd_frame_shows_voxels(frame))
+        return by_channel[kd_frame_channel(frame)];
+    return frame->view == KD_VIEW_COST ? KD_SHOW_ALBEDO : frame->view;
 }
 
 static bool has_gi(kd_system_context *context)
@@ -44,14 +56,14 @@ struct kd_resolve_params resolve_params(kd_system_context *context)
 {
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     return (struct kd_resolve_params){
-        .mode = {0, (uint32_t)frame->settings.view_tonemap, has_gi(context) ? 1 : 0, 0}};
+        .mode = {resolve_show(frame), (uint32_t)frame->settings.view_tonemap, has_gi(context) ? 1 : 0, 0}};
 }
 
 bool resolve_measures(const kd_frame *frame)
 {
-    uint32_t view = shown_view(frame);
-    bool light = view == KD_VIEW_FINAL || view == KD_VIEW_DIRECT || view == KD_VIEW_INDIRECT ||
-                 view == KD_VIEW_SPECULAR;
+    uint32_t show = resolve_show(frame);
+    bool light = show == KD_SHOW_FINAL || show == KD_SHOW_DIRECT || show == KD_SHOW_INDIRECT ||
+                 show == KD_SHOW_SPECULAR || show == KD_SHOW_LIGHT;
     return light && frame->settings.view_auto_exposure;
 }
 
@@ -59,7 +71,7 @@ bool resolve_measures(const kd_frame *frame)
 static bool tonemap_is_late(kd_system_context *context)
 {
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
-    return frame->view != shown_view(frame) || resolve_measures(frame);
+    return drawn_elsewhere(frame) || resolve_measures(frame);
 }
 
 static void destroy_picture(kd_gpu *gpu, kd_picture *p)
@@ -106,7 +118,7 @@ static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, b
 static kd_gpu_program find_program(kd_system_context *context, resolve_state *s)
 {
     const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
-    uint32_t view = shown_view(kd_singleton(context->world, kd_frame));
+    uint32_t view = kd_singleton(context->world, kd_frame)->view;
     uint32_t kinds = (lighting->directional_count > 0 ? 1u : 0u) |
                      (lighting->light_count > lighting->directional_count ? 2u : 0u);
     bool ldr = !tonemap_is_late(context);
@@ -161,8 +173,11 @@ static void resolve_run(kd_system_context *context)
     resolve_state *s = context->user;
     const kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
     kd_picture *picture = kd_singleton(context->world, kd_picture);
+    const kd_frame *frame = kd_singleton(context->world, kd_frame);
     bool gi_is_there = has_gi(context);
-    ensure_picture(gpu, picture, kd_singleton(context->world, kd_frame));
+    ensure_picture(gpu, picture, frame);
+    if (drawn_elsewhere(frame))
+        return;
     struct kd_resolve_params params = resolve_params(context);
     bind_scene(context);
     kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, gi_is_there ? gi->diffuse : s->black);

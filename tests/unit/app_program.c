@@ -143,7 +143,8 @@ static void help_lists_what_there_is(void **state)
 {
     (void)state;
     assert_int_equal(kandil("help run"), 0);
-    assert_true(printed("one of: final direct indirect ao specular albedo normal depth octree"));
+    assert_true(printed("one of: final direct indirect ao specular albedo normal depth light caches pages "
+                        "octree lookup cost"));
     assert_false(printed("octree light") || printed("octree, light"));
     assert_int_equal(kandil("help settings"), 0);
     assert_true(printed("default 60)") && printed("on|off; default on)") && printed("on|off; default off)"));
