@@ -1,6 +1,7 @@
 // What a channel shows of a cell.
 
-#include "shaders/debug_view/tree_cell.glsl"
+#include "shaders/debug_view/tree_means.glsl"
+#include "shaders/debug_view/show.glsl"
 
 layout(std430, binding = 6) readonly buffer means_block { uint means[]; };
 

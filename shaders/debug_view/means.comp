@@ -4,7 +4,7 @@ layout(local_size_x = 64) in;
 
 #include "shaders/include/linear.glsl"
 #include "shaders/include/svo_book.glsl"
-#include "shaders/debug_view/tree_cell.glsl"
+#include "shaders/debug_view/tree_means.glsl"
 
 layout(std430, binding = 6) buffer means_block { uint means[]; };
 

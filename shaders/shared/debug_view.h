@@ -20,6 +20,15 @@ struct kd_debug_view_params {
 };
 KD_LAYOUT_CHECK(kd_debug_view_params, 32)
 
+/* Follows in the block while voxels are drawn. */
+struct kd_voxel_view_params {
+    uvec4 source; /* x: number of the first voxel, y: segment slots, z: 0 depths are kept, 1 numbers, w: 1 draws what
+                     was listed */
+    /* ---- 16 */
+};
+KD_LAYOUT_CHECK(kd_voxel_view_params, 16)
+#define KD_VIEW_DYNAMIC 0x80000000u /* number of the first voxel of the dynamic layer */
+
 /* Sums of attributes over the leaves below a cell, fixed point: 0 weight, 1-3 albedo, 4-6 normal (signed), 7
  * unused. First the nodes of sparse levels 1 and up by number, then the dense cells of the cascades, then the
  * levels above. */

@@ -130,14 +130,22 @@ static void see_everything(kd_system_context *context, voxel_objects *table, kd_
     }
 }
 
-/* An object holds the caches of the cascades in which it stands, and no others. */
-static void want_caches(voxel_objects *table, kd_voxel_scene *scene)
+/* Caches of this cascade are looked at, wherever their objects stand; 0: of none in particular. */
+static uint32_t shown_cascade(const kd_voxel_scene *scene, const kd_frame *frame)
+{
+    int32_t level = frame->settings.view_level, last = (int32_t)scene->cascade_count - 1;
+    return frame->view != KD_VIEW_CACHES || level < 0 ? 0 : (uint32_t)(level < last ? level : last);
+}
+
+/* An object holds the caches of the cascades in which it stands, and no others but those that are shown. */
+static void want_caches(voxel_objects *table, kd_voxel_scene *scene, uint32_t shown)
 {
     for (uint32_t i = 0; i < scene->object_count; i++) {
         kd_voxel_object *o = &scene->objects[i];
         for (uint32_t c = 0; o->alive && o->seen && c < scene->cascade_count; c++) {
-            if (!scene->want_all && (!(o->cascades >> c & 1u) ||
-                                     !placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws)))
+            bool stands =
+                (c > 0 && c == shown) || placement_includes(scene, c, o->bounds_min_ws, o->bounds_max_ws);
+            if (!scene->want_all && !((o->cascades >> c & 1u) && stands))
                 o->caches[c] = 0;
             else if (caches_want(&table->caches, scene, o, c) != KD_OK)
                 kd_log(KD_LOG_WARNING, "out of memory for voxel caches; indirect light lacks some");
@@ -184,7 +192,7 @@ static void run(kd_system_context *context)
     placement_update(scene, focus, bounds.low, bounds.high);
     if (tiles_see(table, scene) != KD_OK)
         kd_log(KD_LOG_WARNING, "out of memory for voxel objects; indirect light lacks some");
-    want_caches(table, scene);
+    want_caches(table, scene, shown_cascade(scene, frame));
     if (ahead_want(table, scene, focus, bounds.low, bounds.high) != KD_OK)
         kd_log(KD_LOG_WARNING, "out of memory for voxel caches; some come late");
     caches_end_run(&table->caches, scene);

@@ -5,9 +5,8 @@
 
 #include <stdlib.h>
 
-#include "components/deform.h"
 #include "components/frame.h"
-#include "components/scene_store.h"
+#include "components/pose_access.h"
 #include "components/svo.h"
 #include "components/voxel_scene.h"
 #include "runtime/core/log.h"
@@ -17,42 +16,9 @@ enum { GROUP = 128 };
 
 typedef struct transform_state {
     kd_gpu_program dynamic, unmarked, patches, cull, cull_args, mark_static;
-    kd_gpu_texture joints, geometry, indices; /* texel buffer views */
-    uint32_t viewed[3];                       /* the buffers they were made of */
-    kd_gpu_buffer none;
+    kd_pose_access pose;
     uint64_t bytes;
 } transform_state;
-
-static kd_gpu_buffer or_none(const transform_state *state, kd_gpu_buffer buffer)
-{
-    return buffer.id ? buffer : state->none;
-}
-
-/* Views follow their buffers when those grow. */
-static kd_gpu_texture view_of(kd_gpu *gpu, const transform_state *state, kd_gpu_texture *view,
-                              uint32_t *viewed, kd_gpu_buffer buffer, kd_texture_format format)
-{
-    buffer = or_none(state, buffer);
-    if (*viewed != buffer.id) {
-        kd_gpu_destroy_texture(gpu, *view);
-        *view = kd_gpu_make_texel_buffer(gpu, buffer, format);
-        *viewed = buffer.id;
-    }
-    return *view;
-}
-
-static void bind_deforming(kd_system_context *context, transform_state *state)
-{
-    const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
-    const kd_joint_palette *palette = kd_singleton(context->world, kd_joint_palette);
-    kd_gpu *gpu = context->gpu;
-    kd_gpu_bind_texture(
-        gpu, 0, view_of(gpu, state, &state->joints, &state->viewed[0], palette->matrices, KD_RGBA32F));
-    kd_gpu_bind_texture(gpu, 1,
-                        view_of(gpu, state, &state->geometry, &state->viewed[1], store->geometry, KD_R32UI));
-    kd_gpu_bind_texture(gpu, 2,
-                        view_of(gpu, state, &state->indices, &state->viewed[2], store->indices, KD_R32UI));
-}
 
 static void transform_dynamic(kd_system_context *context, transform_state *state, const kd_voxel_scene *scene,
                               const kd_svo *svo)
@@ -66,10 +32,11 @@ static void transform_dynamic(kd_system_context *context, transform_state *state
     kd_gpu_bind_storage(gpu, 1, scene->object_params);
     kd_gpu_bind_storage(gpu, 2, scene->chunk_params);
     kd_gpu_bind_storage(gpu, 3, scene->cache_shape);
-    kd_gpu_bind_storage(gpu, 4, or_none(state, scene->cache_binding));
+    kd_gpu_bind_storage(gpu, 4, kd_pose_access_or_none(&state->pose, scene->cache_binding));
     kd_gpu_bind_storage(gpu, 5, pages->voxels);
     kd_gpu_bind_storage_range(gpu, 6, svo->masks, mask_bytes, mask_bytes);
-    bind_deforming(context, state);
+    kd_pose_access_bind(gpu, &state->pose, kd_singleton(context->world, kd_scene_store),
+                        kd_singleton(context->world, kd_joint_palette));
     kd_gpu_dispatch(gpu, scene->build == KD_SVO_BUILD_ORDERFREE ? state->dynamic : state->unmarked,
                     KD_SEGMENT_VOXELS / GROUP, slots, 1);
     state->bytes += pages->voxel_count * (8 + 12 + 4);
@@ -175,10 +142,9 @@ static kd_status init(kd_system_context *context)
     state->cull = program(gpu, "shaders/voxel_transform/cull.comp");
     state->cull_args = program(gpu, "shaders/voxel_transform/cull_args.comp");
     state->mark_static = program(gpu, "shaders/voxel_transform/mark_static.comp");
-    state->none = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 64, .zeroed = true, .name = "none"});
     bool all = state->dynamic.id && state->unmarked.id && state->patches.id && state->cull.id &&
                state->cull_args.id && state->mark_static.id;
-    return all && state->none.id ? KD_OK : KD_GPU;
+    return all ? kd_pose_access_init(gpu, &state->pose) : KD_GPU;
 }
 
 static void fini(kd_system_context *context)
@@ -188,10 +154,7 @@ static void fini(kd_system_context *context)
                                  state->cull,    state->cull_args, state->mark_static};
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
         kd_gpu_destroy_program(context->gpu, programs[i]);
-    kd_gpu_destroy_texture(context->gpu, state->joints);
-    kd_gpu_destroy_texture(context->gpu, state->geometry);
-    kd_gpu_destroy_texture(context->gpu, state->indices);
-    kd_gpu_destroy_buffer(context->gpu, state->none);
+    kd_pose_access_fini(context->gpu, &state->pose);
     free(state);
 }
 

@@ -1,0 +1,3 @@
+// Draws page voxels of the dynamic layer.
+#define VOXELS 2
+#include "shaders/debug_view/voxels.glsl"

@@ -1,0 +1,3 @@
+// Draws page voxels of the static layer.
+#define VOXELS 1
+#include "shaders/debug_view/voxels.glsl"

@@ -1,0 +1,3 @@
+// Shows cached voxels, posed at their objects.
+#define VOXELS 0
+#include "shaders/debug_view/voxel_show.glsl"
