@@ -34,6 +34,9 @@ typedef struct kd_gi_targets {
                                visibility 0 … 1 */
     kd_gpu_texture
         specular; /* RGBA16F: rgb radiance arriving along the mirror direction, filtered by roughness */
+    kd_gpu_buffer
+        samples;  /* resource "gi.samples": samples taken, KD_CONE_COUNTERS in shaders/shared/gather.h */
+    bool counted; /* this frame's were */
     uint32_t width, height;
 } kd_gi_targets;
 KD_COMPONENT_DECLARE(kd_gi_targets);

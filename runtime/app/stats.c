@@ -14,6 +14,7 @@
 #include "runtime/core/json.h"
 #include "runtime/core/log.h"
 #include "runtime/ecs/query.h"
+#include "shaders/shared/gather.h"
 
 static void put_uint(kd_json *j, const char *key, uint64_t value)
 {
@@ -119,6 +120,47 @@ static void put_voxels(kd_json *j, kd_world *w)
     kd_json_object_end(j);
 }
 
+static void put_cone(kd_json *j, const uint32_t *c)
+{
+    kd_json_object_begin(j);
+    put_uint(j, "traced", c[0]);
+    put_uint(j, "samples", c[1]);
+    put_double(j, "mean", c[0] ? (double)c[1] / c[0] : 0);
+    put_uint(j, "max", c[2]);
+    kd_json_object_end(j);
+}
+
+/* Samples of the last frame's cones, when they were counted. */
+static void put_cones(kd_json *j, kd_world *w, kd_gpu *gpu)
+{
+    const kd_gi_targets *gi = kd_singleton(w, kd_gi_targets);
+    uint32_t counts[KD_CONE_COUNTERS], diffuse = 0;
+    uint64_t samples = 0, pixels = (uint64_t)gi->width * gi->height;
+    if (!gi->counted)
+        return;
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_read_buffer(gpu, gi->samples, 0, counts, sizeof counts);
+    for (uint32_t i = 0; i <= KD_MAX_CONES; i++)
+        samples += counts[KD_CONE_HEAD + i * KD_CONE_WORDS + 1];
+    while (diffuse < KD_MAX_CONES && counts[KD_CONE_HEAD + diffuse * KD_CONE_WORDS])
+        diffuse++;
+    kd_json_key(j, "cones");
+    kd_json_object_begin(j);
+    put_uint(j, "pixels", pixels);
+    put_uint(j, "traced", counts[0]);
+    put_uint(j, "samples", samples);
+    put_double(j, "mean", pixels ? (double)samples / (double)pixels : 0);
+    put_uint(j, "max", counts[1]);
+    kd_json_key(j, "diffuse");
+    kd_json_array_begin(j);
+    for (uint32_t i = 0; i < diffuse; i++)
+        put_cone(j, &counts[KD_CONE_HEAD + i * KD_CONE_WORDS]);
+    kd_json_array_end(j);
+    kd_json_key(j, "glossy");
+    put_cone(j, &counts[KD_CONE_HEAD + KD_MAX_CONES * KD_CONE_WORDS]);
+    kd_json_object_end(j);
+}
+
 static void put_rest(kd_json *j, const kd_gpu *gpu)
 {
     struct rusage usage = {0};
@@ -137,8 +179,8 @@ static void put_rest(kd_json *j, const kd_gpu *gpu)
     kd_json_array_end(j);
 }
 
-kd_status app_stats_write(const char *path, const app_scene *scene, const app_timing *timing,
-                          const kd_gpu *gpu, const kd_jobs *jobs, uint64_t frames)
+kd_status app_stats_write(const char *path, const app_scene *scene, const app_timing *timing, kd_gpu *gpu,
+                          const kd_jobs *jobs, uint64_t frames)
 {
     kd_json j = {.indent = 2};
     kd_json_object_begin(&j);
@@ -155,6 +197,7 @@ kd_status app_stats_write(const char *path, const app_scene *scene, const app_ti
     put_string(&j, "gpu_timing", timing->mode == APP_TIMING_SYNC ? "sync" : "timestamps");
     kd_profile_write_json(timing->profile, &j);
     put_voxels(&j, scene->world);
+    put_cones(&j, scene->world, gpu);
     put_rest(&j, gpu);
     kd_json_object_end(&j);
     const char *text = kd_json_text(&j);

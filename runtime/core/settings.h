@@ -16,8 +16,8 @@
 #define KD_TONEMAP_LIST(X)    X(ACES, "aces") X(REINHARD, "reinhard") X(LINEAR, "linear")
 #define KD_CHANNEL_LIST(X)                                                                                   \
     X(AUTO, "auto")                                                                                          \
-    X(RADIANCE, "radiance") X(ALBEDO, "albedo") X(NORMAL, "normal") X(OPACITY, "opacity")                    \
-        X(CASCADE, "cascade")
+    X(RADIANCE, "radiance")                                                                                  \
+    X(ALBEDO, "albedo") X(NORMAL, "normal") X(OPACITY, "opacity") X(CASCADE, "cascade")
 
 typedef enum kd_svo_layers {
 #define KD_SVO_LAYERS_ENUM(name, text) KD_SVO_LAYERS_##name,
@@ -82,6 +82,7 @@ typedef enum kd_setting_type {
       "trace at twice the spacing where neighbours differ by less; 0: nowhere")                              \
     X(F32, cones, start, 1.5f, 0, 16, NULL, "voxels", "distance from the surface at which a cone starts")    \
     X(F32, cones, intensity, 1, 0, 100, NULL, NULL, "factor on indirect light; 1 is physical")               \
+    X(BOOL, cones, counters, false, 0, 1, NULL, NULL, "count the samples of every cone, for --stats")        \
     X(F32, ao, falloff, 1, 0, 1000, NULL, "1/m", "how fast occlusion fades with distance")                   \
     X(F32, ao, intensity, 1, 0, 10, NULL, NULL, "strength of ambient occlusion")                             \
     X(BOOL, specular, cones, true, 0, 1, NULL, NULL, "trace a reflection cone by roughness")                 \
@@ -101,6 +102,7 @@ typedef enum kd_setting_type {
       "level that views of voxels and of the tree show, each twice as coarse; -1 and 0: the finest")         \
     X(ENUM, view, channel, KD_CHANNEL_AUTO, 0, 5, channel_words, NULL,                                       \
       "what these views show of a voxel; auto: albedo of caches and pages, radiance of the tree")            \
+    X(I32, view, cost_scale, 256, 1, 9999, NULL, "samples", "what --view cost shows in the hottest colour")  \
     X(BOOL, debug, access, false, 0, 1, NULL, NULL,                                                          \
       "stop when a system touches components that it does not declare")                                      \
     X(I32, debug, shuffle, 0, 0, 99999, NULL, NULL,                                                          \

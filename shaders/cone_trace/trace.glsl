@@ -7,6 +7,8 @@
 #include "shaders/include/gbuffer.glsl"
 
 layout(std140, binding = KD_BIND_PASS) uniform gather_block { kd_gather_params gather; };
+#include "shaders/cone_trace/count.glsl"
+
 layout(binding = 0, rgba16f) writeonly uniform image2D diffuse_out;
 layout(binding = 1, rgba16f) writeonly uniform image2D specular_out;
 
@@ -53,6 +55,7 @@ vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
         vec3 cone = turned(gather.cones[i].xyz, variant);
         vec3 facing = frame * ray_of(cone, variant);
         cone_result r = cone_trace(origin, frame * cone, facing, gather.cone.x, 0.25 * span, settings());
+        count_cone(i, r.samples);
         irradiance += gather.cones[i].w * (r.radiance * tree.light.z + r.transmittance * gather.light.w);
         visible += gather.cones[i].w * (1.0 - r.occlusion);
     }
@@ -72,6 +75,7 @@ vec3 trace_specular(vec3 origin, surface s, vec3 view, float span)
     cone_settings far = settings();
     far.step *= 1.6;
     cone_result r = cone_trace(origin, direction, direction, clamp(alpha, 0.03, 1.0), span, far);
+    count_cone(KD_MAX_CONES, r.samples);
     return (r.radiance * tree.light.z + r.transmittance * gather.light.w) * gather.light.x;
 }
 
@@ -100,4 +104,5 @@ void trace_pixel(ivec2 at, int n)
     if (!rough)
         specular = trace_specular(origin, s, view, span);
     imageStore(specular_out, at, vec4(specular, rough ? 0.0 : 1.0));
+    count_pixel(at * n);
 }

@@ -17,6 +17,7 @@ struct cone_result {
     vec3 radiance;
     float transmittance;
     float occlusion;    // weighted by 1 / (1 + falloff t)
+    int samples;
 };
 
 // The sequence of distances depends on the aperture and the start alone, so all pixels of a surface change levels at the
@@ -26,7 +27,7 @@ struct cone_result {
 // for a wide one.
 cone_result cone_trace(vec3 origin_ws, vec3 direction, vec3 facing, float tan_half, float start, cone_settings settings)
 {
-    cone_result r = cone_result(vec3(0.0), 1.0, 0.0);
+    cone_result r = cone_result(vec3(0.0), 1.0, 0.0, 0);
     float span = tree.cascade[0].w;
     float t = start;
     int k = 0;
@@ -38,6 +39,7 @@ cone_result cone_trace(vec3 origin_ws, vec3 direction, vec3 facing, float tan_ha
         float diameter = max(2.0 * tan_half * t, span * float(1 << k));
         int lod = max(int(floor(log2(diameter / span) - CONE_SHARPNESS + 0.5)), k);
         vec4 v = tree_sample(k, lod, p, facing);
+        r.samples++;
         float s = settings.step * diameter;
         float through = exp(-v.a * s);
         float gained = r.transmittance * (1.0 - through);

@@ -2,6 +2,7 @@
 
 #include "shaders/shared/bindings.h"
 #include "shaders/resolve/screen.glsl"
+#include "shaders/resolve/legend.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = KD_BIND_PASS) uniform resolve_pass { kd_resolve_params params; };
@@ -14,6 +15,11 @@ void main()
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, textureSize(hdr, 0))))
         return;
-    vec3 c = texelFetch(hdr, pixel, 0).rgb;
-    imageStore(ldr_image, pixel, vec4(screen_view(c, params.mode.x, exposure, params.mode.y), 1.0));
+    vec4 c = texelFetch(hdr, pixel, 0);
+    vec3 shown;
+    if (params.mode.x == KD_SHOW_COST)
+        shown = legend_over(heat_color(c, params.mode.z), pixel, textureSize(hdr, 0), params.mode.z);
+    else
+        shown = screen_view(c.rgb, params.mode.x, exposure, params.mode.y);
+    imageStore(ldr_image, pixel, vec4(shown, 1.0));
 }

@@ -22,8 +22,8 @@ KD_LAYOUT_CHECK(kd_debug_view_params, 32)
 
 /* Follows in the block while voxels are drawn. */
 struct kd_voxel_view_params {
-    uvec4 source; /* x: number of the first voxel, y: segment slots, z: 0 depths are kept, 1 numbers, w: 1 draws what
-                     was listed */
+    uvec4 source; /* x: number of the first voxel, y: segment slots, z: 0 depths are kept, 1 numbers, w: 1
+                     draws what was listed */
     /* ---- 16 */
 };
 KD_LAYOUT_CHECK(kd_voxel_view_params, 16)

@@ -13,7 +13,8 @@
 #define KD_SHOW_NORMAL   6u
 #define KD_SHOW_DEPTH    7u
 #define KD_SHOW_LIGHT    8u
-#define KD_SHOW_COUNT    9
+#define KD_SHOW_COUNT    9 /* what the resolve pass shows; the tone map knows another */
+#define KD_SHOW_COST     9u
 
 /* The numbers of kd_tonemap. */
 #define KD_CURVE_ACES     0u
@@ -23,7 +24,7 @@
 /* Uniform block KD_BIND_PASS of the passes that make the picture. */
 struct kd_resolve_params {
     uvec4 mode; /* x: KD_SHOW_* by which the tone map treats the picture, y: KD_CURVE_*, z: 1 when the GI
-                   targets hold light, w: groups of luminance */
+                   targets hold light (of costs: samples of the hottest colour), w: groups of luminance */
     /* ---- 16 */
 };
 KD_LAYOUT_CHECK(kd_resolve_params, 16)

@@ -23,7 +23,8 @@ typedef struct gather_grid {
 } gather_grid;
 
 typedef struct gather_state {
-    kd_tree_program gather, gather_list;
+    kd_tree_program gather[2], gather_list[2]; /* [1]: counting samples */
+    bool counts;                               /* this frame is counted */
     kd_gpu_program guide, refine, smooth, smooth_list, upsample;
     gather_grid grid, coarse;    /* coarse: at twice the spacing */
     kd_gpu_texture normal_depth; /* of the grid's pixels, shaders/cone_trace/guide.comp */
@@ -144,7 +145,7 @@ static void trace_grid(kd_gpu *gpu, const gather_state *state, const gather_grid
     params->flags.y = scale;
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, params, sizeof *params);
     bind_outputs(gpu, 0, grid->diffuse[0], grid->specular[0]);
-    dispatch_pixels(gpu, state->gather.program, grid->width, grid->height);
+    dispatch_pixels(gpu, state->gather[state->counts].program, grid->width, grid->height);
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
     bind_inputs(gpu, grid->diffuse[0], grid->specular[0]);
     bind_outputs(gpu, 0, grid->diffuse[1], grid->specular[1]);
@@ -173,7 +174,7 @@ static void trace_where_needed(kd_gpu *gpu, const gather_state *state, struct kd
     dispatch_pixels(gpu, state->refine, grid->width, grid->height);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
     bind_outputs(gpu, 0, grid->diffuse[0], grid->specular[0]);
-    kd_gpu_dispatch_indirect(gpu, state->gather_list.program, state->list, 0);
+    kd_gpu_dispatch_indirect(gpu, state->gather_list[state->counts].program, state->list, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
     bind_inputs(gpu, grid->diffuse[0], grid->specular[0]);
     bind_outputs(gpu, 0, grid->diffuse[1], grid->specular[1]);
@@ -193,9 +194,25 @@ static bool fit_refinement(kd_gpu *gpu, gather_state *state, const kd_settings *
 
 static bool fit_programs(kd_gpu *gpu, gather_state *state, const kd_tree *tree)
 {
-    return tree->radiance.id &&
-           kd_tree_fit_program(gpu, tree, "shaders/cone_trace/gather.comp", &state->gather) &&
-           kd_tree_fit_program(gpu, tree, "shaders/cone_trace/gather_list.comp", &state->gather_list);
+    static const char *const paths[2][2] = {
+        {"shaders/cone_trace/gather.comp", "shaders/cone_trace/gather_list.comp"},
+        {"shaders/cone_trace/gather_counted.comp", "shaders/cone_trace/gather_list_counted.comp"}};
+    bool c = state->counts;
+    return tree->radiance.id && kd_tree_fit_program(gpu, tree, paths[c][0], &state->gather[c]) &&
+           kd_tree_fit_program(gpu, tree, paths[c][1], &state->gather_list[c]);
+}
+
+/* Begin to count, when that is asked for. */
+static void begin_counts(kd_gpu *gpu, const gather_state *state, kd_gi_targets *gi)
+{
+    size_t words = KD_CONE_COUNTERS + (size_t)gi->width * gi->height;
+    gi->counted =
+        state->counts && kd_gpu_ensure_buffer(gpu, &gi->samples, words * 4, 0, "gi.samples") == KD_OK;
+    if (!gi->counted)
+        return;
+    kd_gpu_fill_buffer(gpu, gi->samples, 0, words * 4, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_bind_storage(gpu, 1, gi->samples);
 }
 
 static void run(kd_system_context *context)
@@ -207,9 +224,12 @@ static void run(kd_system_context *context)
     const kd_tree *tree = kd_singleton(w, kd_tree);
     kd_gi_targets *gi = kd_singleton(w, kd_gi_targets);
     uint32_t n = (uint32_t)frame->settings.cones_resolution;
+    state->counts = frame->settings.cones_counters || frame->view == KD_VIEW_COST;
+    gi->counted = false;
     if (!fit_programs(gpu, state, tree))
         return;
     fit_targets(gpu, gi, frame->width, frame->height);
+    begin_counts(gpu, state, gi);
     fit_own_targets(gpu, state, (frame->width + n - 1) / n, (frame->height + n - 1) / n);
     struct kd_gather_params params = params_of(&frame->settings, tree, frame->width, frame->height);
     bind_gbuffer(gpu, kd_singleton(w, kd_gbuffer), kd_singleton(w, kd_lighting));
@@ -256,8 +276,10 @@ static void fini(kd_system_context *context)
     gather_state *state = context->user;
     kd_gpu *gpu = context->gpu;
     kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
-    kd_gpu_destroy_program(gpu, state->gather.program);
-    kd_gpu_destroy_program(gpu, state->gather_list.program);
+    for (int i = 0; i < 2; i++) {
+        kd_gpu_destroy_program(gpu, state->gather[i].program);
+        kd_gpu_destroy_program(gpu, state->gather_list[i].program);
+    }
     kd_gpu_destroy_program(gpu, state->guide);
     kd_gpu_destroy_program(gpu, state->refine);
     kd_gpu_destroy_program(gpu, state->smooth);
@@ -269,6 +291,7 @@ static void fini(kd_system_context *context)
     kd_gpu_destroy_buffer(gpu, state->list);
     kd_gpu_destroy_texture(gpu, gi->diffuse);
     kd_gpu_destroy_texture(gpu, gi->specular);
+    kd_gpu_destroy_buffer(gpu, gi->samples);
     *gi = (kd_gi_targets){0};
     free(state);
 }
@@ -291,7 +314,8 @@ kd_status kd_cone_trace_import(kd_schedule *s)
                                                 {"tree.data", KD_USE_SAMPLED},
                                                 {"gbuffer", KD_USE_SAMPLED},
                                                 {"lights.uniform", KD_USE_UNIFORM},
-                                                {"gi", KD_USE_IMAGE_WRITE}},
+                                                {"gi", KD_USE_IMAGE_WRITE},
+                                                {"gi.samples", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
                                   .run_if = gi_is_cones,
                                   .no_commands = true,
                                   .run = run,

@@ -43,5 +43,7 @@ void debug_view_dispatch(kd_system_context *context, kd_gpu_program program)
 kd_status kd_debug_view_import(kd_schedule *s)
 {
     kd_status status = debug_view_add_voxels(s);
-    return status ? status : debug_view_add_tree(s);
+    if (!status)
+        status = debug_view_add_tree(s);
+    return status ? status : debug_view_add_cost(s);
 }

@@ -4,7 +4,7 @@
 #include "runtime/ecs/system.h"
 
 /** Register the systems of the views that are drawn in place of the picture: view_voxels
- * (caches, pages) and view_tree (octree, lookup). Must
+ * (caches, pages), view_tree (octree, lookup) and view_cost. Must
  * be imported before resolve, whose tone map shows what they draw. */
 kd_status kd_debug_view_import(kd_schedule *s);
 

@@ -18,5 +18,6 @@ void debug_view_dispatch(kd_system_context *context, kd_gpu_program program);
 /* tree_view.c, voxel_view.c, cost_view.c */
 kd_status debug_view_add_voxels(kd_schedule *s);
 kd_status debug_view_add_tree(kd_schedule *s);
+kd_status debug_view_add_cost(kd_schedule *s);
 
 #endif

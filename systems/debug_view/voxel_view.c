@@ -1,5 +1,6 @@
 /* System view_voxels: `--view caches` draws the voxels of the models at their objects, `--view pages` those
- * that the pages hold in the world. What is drawn is a number a pixel; a last pass shows what belongs to it. */
+ * that the pages hold in the world. What is drawn is a number a pixel; a last pass shows what belongs to it.
+ */
 #include <stdlib.h>
 
 #include "components/pose_access.h"
@@ -66,7 +67,8 @@ static kd_status list_object(voxel_view *v, const kd_voxel_scene *scene, uint32_
         const kd_voxel_chunk *chunk = &scene->chunks[k];
         for (uint32_t at = 0; at < chunk->count && !status; at += KD_SEGMENT_VOXELS) {
             uint32_t left = chunk->count - at, count = left < KD_SEGMENT_VOXELS ? left : KD_SEGMENT_VOXELS;
-            status = list_segment(v, (struct kd_voxel_segment){object, chunk->first + at, count, k | c << 28});
+            status =
+                list_segment(v, (struct kd_voxel_segment){object, chunk->first + at, count, k | c << 28});
         }
     }
     return status;
@@ -256,33 +258,32 @@ kd_status debug_view_add_voxels(kd_schedule *s)
     voxel_view *v = calloc(1, sizeof *v);
     if (!v)
         return KD_NO_MEMORY;
-    return kd_schedule_add(
-        s, &(kd_system_desc){
-               .name = "view_voxels",
-               .phase = KD_PHASE_VIEW,
-               .where = KD_ON_GPU,
-               .components = {KD_USES(kd_voxel_scene), KD_USES(kd_tree), KD_USES(kd_svo), KD_USES(kd_lighting),
-                              KD_USES(kd_frame), KD_USES(kd_picture), KD_USES(kd_scene_store),
-                              KD_USES(kd_joint_palette)},
-               .resources = {{"voxels.pages", KD_USE_STORAGE_READ},
-                             {"voxels.objects", KD_USE_STORAGE_READ},
-                             {"voxels.chunks", KD_USE_STORAGE_READ},
-                             {"voxels.cache", KD_USE_STORAGE_READ},
-                             {"scene.vertices", KD_USE_SAMPLED},
-                             {"scene.indices", KD_USE_SAMPLED},
-                             {"scene.joints", KD_USE_SAMPLED},
-                             {"tree.uniform", KD_USE_UNIFORM},
-                             {"tree.radiance", KD_USE_SAMPLED},
-                             {"tree.nodes", KD_USE_SAMPLED},
-                             {"tree.leaves", KD_USE_SAMPLED},
-                             {"tree.data", KD_USE_SAMPLED},
-                             {"lights.uniform", KD_USE_UNIFORM},
-                             {"picture", KD_USE_IMAGE_WRITE | KD_USE_COPY_WRITE}},
-               .run_if = asked_for,
-               .no_commands = true,
-               .run = run,
-               .init = init,
-               .fini = fini,
-               .user = v,
-           });
+    return kd_schedule_add(s, &(kd_system_desc){
+                                  .name = "view_voxels",
+                                  .phase = KD_PHASE_VIEW,
+                                  .where = KD_ON_GPU,
+                                  .components = {KD_USES(kd_voxel_scene), KD_USES(kd_tree), KD_USES(kd_svo),
+                                                 KD_USES(kd_lighting), KD_USES(kd_frame), KD_USES(kd_picture),
+                                                 KD_USES(kd_scene_store), KD_USES(kd_joint_palette)},
+                                  .resources = {{"voxels.pages", KD_USE_STORAGE_READ},
+                                                {"voxels.objects", KD_USE_STORAGE_READ},
+                                                {"voxels.chunks", KD_USE_STORAGE_READ},
+                                                {"voxels.cache", KD_USE_STORAGE_READ},
+                                                {"scene.vertices", KD_USE_SAMPLED},
+                                                {"scene.indices", KD_USE_SAMPLED},
+                                                {"scene.joints", KD_USE_SAMPLED},
+                                                {"tree.uniform", KD_USE_UNIFORM},
+                                                {"tree.radiance", KD_USE_SAMPLED},
+                                                {"tree.nodes", KD_USE_SAMPLED},
+                                                {"tree.leaves", KD_USE_SAMPLED},
+                                                {"tree.data", KD_USE_SAMPLED},
+                                                {"lights.uniform", KD_USE_UNIFORM},
+                                                {"picture", KD_USE_IMAGE_WRITE | KD_USE_COPY_WRITE}},
+                                  .run_if = asked_for,
+                                  .no_commands = true,
+                                  .run = run,
+                                  .init = init,
+                                  .fini = fini,
+                                  .user = v,
+                              });
 }

@@ -41,7 +41,7 @@ uint32_t resolve_show(const kd_frame *frame)
                                           [KD_CHANNEL_CASCADE] = KD_SHOW_ALBEDO};
     if (kd_frame_shows_voxels(frame))
         return by_channel[kd_frame_channel(frame)];
-    return frame->view == KD_VIEW_COST ? KD_SHOW_ALBEDO : frame->view;
+    return frame->view == KD_VIEW_COST ? KD_SHOW_COST : frame->view;
 }
 
 static bool has_gi(kd_system_context *context)

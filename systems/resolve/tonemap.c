@@ -64,6 +64,8 @@ void resolve_tonemap_run(kd_system_context *context)
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     const kd_picture *picture = kd_singleton(context->world, kd_picture);
     struct kd_resolve_params params = resolve_params(context);
+    if (params.mode.x == KD_SHOW_COST)
+        params.mode.z = (uint32_t)frame->settings.view_cost_scale;
     params.mode.w = resolve_groups(picture->width, RESOLVE_LUMINANCE_GROUP) *
                     resolve_groups(picture->height, RESOLVE_LUMINANCE_GROUP);
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);

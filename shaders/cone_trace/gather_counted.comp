@@ -1,0 +1,3 @@
+// gather.comp, counting samples.
+#define COUNT_SAMPLES
+#include "shaders/cone_trace/gather.comp"
