@@ -498,7 +498,8 @@ static const app_option_row compare_options[] = {
 static const app_option_row bench_options[] = {
     {"--json", "FILE", read_json, "write the rows to a file too"},
     {"--threads", "N", read_threads, "threads of the cases for several; 0, the default: one per processor"},
-    {"--n", "N", read_bench_n, "measure this size alone; default: 1000, 65536 and 1000000 entities"},
+    {"--n", "N", read_bench_n, 
+     "measure this size alone; default: 1000, 65536 and 1000000 entities, crowds of 1 to 256"},
     {"--case", "NAME", read_bench_case, "measure the cases whose name contains this"},
     {"--frames", "N", read_frames, "voxels, svo: frames measured for each row; default 12"},
     {"--model", "MODEL", read_bench_model,

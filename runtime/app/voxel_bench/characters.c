@@ -98,7 +98,8 @@ kd_status voxel_bench_characters(const voxel_bench *b)
         return status;
     printf("\n%s, each %.2f m wide\n", model, (double)c.spacing_m);
     voxel_bench_head("characters");
-    for (uint32_t n = 1; n <= MOST && status == KD_OK; n *= 2) {
+    uint32_t only = b->options->bench_n;
+    for (uint32_t n = only ? only : 1; n <= (only ? only : MOST) && status == KD_OK; n *= 2) {
         while (c.count < n && status == KD_OK)
             status = add_one(&c);
         if (status == KD_OK)
