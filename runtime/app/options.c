@@ -505,7 +505,7 @@ static const app_option_row bench_options[] = {
     {"--model", "MODEL", read_bench_model,
      "voxels: what makes the crowd; default: the walker of the samples"},
     {"--dump", "DIR", read_dump,
-     "svo: measure nothing and write what the tree holds after --frames frames to a new folder"},
+     "svo: measure nothing, run --frames frames (default 1) and write what the tree holds to a folder"},
     {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
     {"--profile-sync", NULL, read_profile_sync,
      "finish each GPU system to time it; the default on software drivers"},

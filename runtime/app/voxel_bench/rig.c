@@ -20,9 +20,9 @@ const char *const rig_stage_names[RIG_STAGE_COUNT] = {
 
 /* ---- opening ---- */
 
-/* A small picture, so that what is measured is the voxels; no reflected light, which changes radiance and so
- * the filter's work everywhere. The command line may say otherwise. */
-static const char *const own_sets[] = {"light.bounces=0", "light.shadow_size=256"};
+/* A small picture, so that what is measured is the voxels. Light of lamps alone, as in the paper: light that
+ * bounces on changes radiance, and so the filter's work, everywhere. The command line may say otherwise. */
+static const char *const own_sets[] = {"light.bounces=1", "light.shadow_size=256"};
 enum { OWN_SETS = sizeof own_sets / sizeof *own_sets, WIDTH = 64, HEIGHT = 36 };
 
 static kd_status join_sets(rig *r, const app_options *options, const char *const *sets)

@@ -5,6 +5,7 @@
 
 #include "runtime/app/bench_report.h"
 #include "runtime/app/interrupt.h"
+#include "runtime/app/voxel_bench/dump.h"
 #include "runtime/app/voxel_bench/internal.h"
 #include "runtime/app/voxel_bench/traffic.h"
 #include "runtime/core/file.h"
@@ -13,19 +14,27 @@
 #define DEFAULT_SCENE "samples/01_cornell_walker.lua"
 enum { DEFAULT_FRAMES = 12 };
 
+static kd_status choose_scene(const app_options *options, const char *name, const char **scene)
+{
+    *scene = options->second ? options->second : DEFAULT_SCENE;
+    if (options->second || kd_file_exists(*scene))
+        return KD_OK;
+    return kd_fail(KD_NOT_FOUND, "%s: the default scene is not here; name one: `kandil bench %s SCENE`",
+                   *scene, name);
+}
+
 kd_status voxel_bench_begin(voxel_bench *b, const app_options *options, kd_json *json, const char *name)
 {
     rig r;
     *b = (voxel_bench){.options = options,
                        .json = json,
                        .name = name,
-                       .scene = options->second ? options->second : DEFAULT_SCENE,
                        .frames = options->frames > 0 ? (uint32_t)options->frames : DEFAULT_FRAMES};
-    if (!options->second && !kd_file_exists(b->scene))
-        return kd_fail(KD_NOT_FOUND, "%s: the default scene is not here; name one: `kandil bench %s SCENE`",
-                       b->scene, name);
+    kd_status status = choose_scene(options, name, &b->scene);
+    if (status != KD_OK)
+        return status;
     app_interrupt_install();
-    kd_status status = rig_open(&r, options, b->scene, (const char *[]){NULL});
+    status = rig_open(&r, options, b->scene, (const char *[]){NULL});
     if (status != KD_OK)
         return status;
     b->threads = kd_jobs_threads(r.jobs);
@@ -143,6 +152,21 @@ void voxel_bench_fit(const voxel_bench *b, const char *name, const rig_figures *
 
 /* ---- the two benches ---- */
 
+/* Nothing is measured: the scene as the command line has it, after its frames. */
+static kd_status write_dump(const app_options *options, const char *scene)
+{
+    rig r;
+    app_interrupt_install();
+    kd_status status = rig_open(&r, options, scene, (const char *[]){NULL});
+    if (status != KD_OK)
+        return status;
+    status = rig_run(&r, options->frames > 0 ? (uint32_t)options->frames : 1);
+    if (status == KD_OK)
+        status = dump_write(&r, options->dump);
+    rig_close(&r);
+    return status;
+}
+
 kd_status app_bench_voxels(const app_options *options, kd_json *json)
 {
     voxel_bench b;
@@ -155,7 +179,12 @@ kd_status app_bench_voxels(const app_options *options, kd_json *json)
 kd_status app_bench_svo(const app_options *options, kd_json *json)
 {
     voxel_bench b;
-    kd_status status = voxel_bench_begin(&b, options, json, "svo");
+    const char *scene;
+    kd_status status = choose_scene(options, "svo", &scene);
+    if (status == KD_OK && options->dump)
+        return write_dump(options, scene);
+    if (status == KD_OK)
+        status = voxel_bench_begin(&b, options, json, "svo");
     if (status == KD_OK)
         status = voxel_bench_builds(&b);
     return status == KD_OK ? voxel_bench_layers(&b) : status;
