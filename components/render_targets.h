@@ -12,6 +12,8 @@
 typedef struct kd_gbuffer {
     kd_gpu_texture albedo, normal, material, emissive, depth;
     kd_gpu_target target;
+    kd_gpu_texture blended; /* resource "blended", system blend. RGBA16F: rgb light of the blended surfaces in
+                               front, a share of what is behind that they hide; id 0: none in this frame */
     uint32_t width, height;
 } kd_gbuffer;
 KD_COMPONENT_DECLARE(kd_gbuffer);

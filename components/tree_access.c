@@ -5,7 +5,7 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/voxel.h"
 
-static uint32_t sparse_levels_of(const kd_tree *tree)
+uint32_t kd_tree_sparse_levels(const kd_tree *tree)
 {
     uint32_t levels = 0;
     while (tree->dense_resolution << levels < tree->resolution)
@@ -15,7 +15,7 @@ static uint32_t sparse_levels_of(const kd_tree *tree)
 
 bool kd_tree_fit_program(kd_gpu *gpu, const kd_tree *tree, const char *path, kd_tree_program *program)
 {
-    uint32_t levels = sparse_levels_of(tree);
+    uint32_t levels = kd_tree_sparse_levels(tree);
     if (program->sparse_levels == levels)
         return program->program.id != 0;
     char define[32];

@@ -11,6 +11,9 @@ typedef struct kd_tree_program {
     uint32_t sparse_levels; /* 0: not compiled yet */
 } kd_tree_program;
 
+/** Count the sparse levels, KD_SPARSE_LEVELS of shaders that sample the tree. */
+uint32_t kd_tree_sparse_levels(const kd_tree *tree);
+
 /** Compile `path` for the tree as it is now, unless that is done. Returns false when the program failed.
  * Threading: GPU lane */
 bool kd_tree_fit_program(kd_gpu *gpu, const kd_tree *tree, const char *path, kd_tree_program *program);

@@ -88,6 +88,7 @@ static inline int render_setup(void **state)
     assert_int_equal(kd_scene_import(r->schedule), KD_OK);
     assert_int_equal(kd_shadow_import(r->schedule), KD_OK);
     assert_int_equal(kd_deferred_import(r->schedule), KD_OK);
+    assert_int_equal(kd_blend_import(r->schedule), KD_OK);
     assert_int_equal(kd_resolve_import(r->schedule), KD_OK);
     *state = r;
     return 0;

@@ -50,6 +50,7 @@ static kd_material_desc material_of(const kd_script_material *said)
 {
     kd_material_desc m = kd_material_default();
     m.base_color = said->base_color;
+    m.alpha_mode = said->base_color.w < 1 ? KD_ALPHA_BLEND : KD_ALPHA_OPAQUE;
     m.metallic = said->metallic;
     m.roughness = said->roughness;
     m.emissive = said->emissive;

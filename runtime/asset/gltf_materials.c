@@ -168,11 +168,9 @@ static kd_status load_alpha(gltf_loader *l, const gltf_material *m, size_t index
     out->alpha_cutoff = factor(l, index, "alphaCutoff", m->alpha_cutoff, 0, 1e9f);
     if (strcmp(m->alpha_mode, "MASK") == 0)
         out->alpha_mode = KD_ALPHA_MASK;
-    else if (strcmp(m->alpha_mode, "BLEND") == 0) {
+    else if (strcmp(m->alpha_mode, "BLEND") == 0)
         out->alpha_mode = KD_ALPHA_BLEND;
-        gltf_warn(l, "materials[%zu].alphaMode: BLEND is drawn as a cut-out at an opacity of one half",
-                  index);
-    } else if (strcmp(m->alpha_mode, "OPAQUE") != 0)
+    else if (strcmp(m->alpha_mode, "OPAQUE") != 0)
         return gltf_fail(l, KD_BAD_FORMAT,
                          "'%.40s' is no alpha mode (materials[%zu]); use OPAQUE, MASK or BLEND",
                          m->alpha_mode, index);

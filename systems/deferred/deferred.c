@@ -14,12 +14,9 @@
 #include "runtime/core/frustum.h"
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
+#include "systems/deferred/internal.h"
 
-enum {
-    MAP_VARIANTS = 32,
-    GEOMETRY_STRIDE = KD_GEOMETRY_WORDS * 4,
-    ATTRIBUTE_STRIDE = KD_ATTRIBUTE_WORDS * 4
-};
+enum { MAP_VARIANTS = 32 };
 
 typedef struct deferred_state {
     kd_gpu_program programs[MAP_VARIANTS][2]; /* by KD_MAP_* bits; [1]: masked */
@@ -83,21 +80,6 @@ static kd_gpu_program find_program(kd_gpu *gpu, deferred_state *s, uint32_t maps
     return s->programs[maps][masked];
 }
 
-static kd_gpu_geometry make_geometry(const kd_scene_store *store, const kd_draw_list *list)
-{
-    kd_gpu_buffer g = store->geometry, a = store->attributes;
-    return (kd_gpu_geometry){
-        .attributes = {{g, KD_LOC_POSITION, KD_ATTR_F32X3, 0, GEOMETRY_STRIDE, false},
-                       {g, KD_LOC_NORMAL, KD_ATTR_SNORM16X4, 12, GEOMETRY_STRIDE, false},
-                       {g, KD_LOC_TANGENT, KD_ATTR_SNORM16X4, 20, GEOMETRY_STRIDE, false},
-                       {a, KD_LOC_UV0, KD_ATTR_F32X2, 0, ATTRIBUTE_STRIDE, false},
-                       {a, KD_LOC_UV1, KD_ATTR_F32X2, 8, ATTRIBUTE_STRIDE, false},
-                       {a, KD_LOC_COLOR, KD_ATTR_UNORM8X4, 16, ATTRIBUTE_STRIDE, false},
-                       {list->object_ids, KD_LOC_OBJECT, KD_ATTR_U32X1, 0, 4, true}},
-        .indices = store->indices,
-    };
-}
-
 /* Gather the arguments of the batch's draws that touch the view. Returns how many. */
 static uint32_t cull_batch(const kd_draw_list *list, const kd_draw_batch *batch, const kd_frustum *frustum,
                            kd_draw_indexed *out)
@@ -112,12 +94,8 @@ static uint32_t cull_batch(const kd_draw_list *list, const kd_draw_batch *batch,
 /* Bind parameters and maps. Returns the program that reads them. */
 static kd_gpu_program bind_material(kd_gpu *gpu, deferred_state *s, const kd_store_material *material)
 {
-    struct kd_material_params params = kd_material_params_make(material);
-    kd_gpu_bind_uniform(gpu, KD_BIND_MATERIAL, &params, sizeof params);
-    for (uint32_t i = 0; i < 5; i++)
-        if (params.maps.x & 1u << i)
-            kd_gpu_bind_texture(gpu, KD_UNIT_BASE_COLOR + i, material->maps[i]);
-    return find_program(gpu, s, params.maps.x, params.emissive.w >= 0);
+    kd_material_bind(gpu, material);
+    return find_program(gpu, s, deferred_map_bits(material), material->desc.alpha_mode == KD_ALPHA_MASK);
 }
 
 /* Culling is part of a target's state; a change of it binds the target again, without clearing. */
@@ -132,20 +110,13 @@ static void begin_raster(kd_gpu *gpu, const kd_gbuffer *g, kd_cull cull, bool cl
                                               .clear_depth = clear});
 }
 
-static kd_cull batch_cull(const kd_draw_batch *batch, const kd_store_material *material)
-{
-    if (material->desc.double_sided)
-        return KD_CULL_NONE;
-    return batch->mirrored ? KD_CULL_FRONT : KD_CULL_BACK;
-}
-
 static void draw_batches(kd_system_context *context, deferred_state *s, const kd_gbuffer *g,
                          const kd_draw_indexed *args, const uint32_t *counts)
 {
     kd_gpu *gpu = context->gpu;
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
-    kd_gpu_geometry geometry = make_geometry(store, list);
+    kd_gpu_geometry geometry = deferred_geometry(store, list);
     kd_cull cull = KD_CULL_BACK;
     kd_gpu_bind_storage(gpu, 0, list->objects);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, kd_singleton(context->world, kd_lighting)->view, 0,
@@ -154,7 +125,7 @@ static void draw_batches(kd_system_context *context, deferred_state *s, const kd
         if (counts[b] == 0)
             continue;
         const kd_store_material *material = &store->materials[list->batches[b].material];
-        kd_cull wanted = batch_cull(&list->batches[b], material);
+        kd_cull wanted = deferred_cull(&list->batches[b], material);
         if (wanted != cull)
             begin_raster(gpu, g, cull = wanted, false);
         kd_gpu_program program = bind_material(gpu, s, material);
@@ -170,6 +141,7 @@ static void geometry_run(kd_system_context *context)
     deferred_state *s = context->user;
     kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
     const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
+    const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     ensure_gbuffer(gpu, g, kd_singleton(context->world, kd_frame));
     begin_raster(gpu, g, KD_CULL_BACK, true);
     s->drawn_triangles = 0;
@@ -183,7 +155,10 @@ static void geometry_run(kd_system_context *context)
         return;
     }
     for (uint32_t b = 0; b < list->batch_count; b++)
-        total += counts[b] = cull_batch(list, &list->batches[b], &frustum, args + total);
+        if (deferred_is_blended(store, &list->batches[b]))
+            counts[b] = 0;
+        else
+            total += counts[b] = cull_batch(list, &list->batches[b], &frustum, args + total);
     if (total == 0)
         return;
     kd_gpu_ensure_buffer(gpu, &s->args, total * sizeof *args, 0, "geometry arguments");
@@ -208,7 +183,7 @@ static uint64_t geometry_bytes(const kd_system_context *context)
     const deferred_state *s = context->user;
     enum { TEXEL_BYTES = 4 + 8 + 4 + 8 + 4 };
     return (uint64_t)g->width * g->height * TEXEL_BYTES +
-           s->drawn_triangles * 3 * (GEOMETRY_STRIDE + ATTRIBUTE_STRIDE + 4);
+           s->drawn_triangles * 3 * (DEFERRED_GEOMETRY_STRIDE + DEFERRED_ATTRIBUTE_STRIDE + 4);
 }
 
 kd_status kd_deferred_import(kd_schedule *schedule)

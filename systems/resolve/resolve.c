@@ -103,12 +103,14 @@ static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, b
 {
     char show[16];
     snprintf(show, sizeof show, "SHOW %uu", view);
-    const char *defines[5] = {show};
+    const char *defines[6] = {show};
     int count = 1;
     if (kinds & 1)
         defines[count++] = "DIRECTIONAL";
     if (kinds & 2)
         defines[count++] = "LOCAL";
+    if (kinds & 4)
+        defines[count++] = "BLENDED";
     if (ldr)
         defines[count] = "LDR";
     return kd_gpu_make_program(
@@ -120,7 +122,8 @@ static kd_gpu_program find_program(kd_system_context *context, resolve_state *s)
     const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
     uint32_t view = kd_singleton(context->world, kd_frame)->view;
     uint32_t kinds = (lighting->directional_count > 0 ? 1u : 0u) |
-                     (lighting->light_count > lighting->directional_count ? 2u : 0u);
+                     (lighting->light_count > lighting->directional_count ? 2u : 0u) |
+                     (kd_singleton(context->world, kd_gbuffer)->blended.id != 0 ? 4u : 0u);
     bool ldr = !tonemap_is_late(context);
     resolve_variant *variant = &s->resolve[view][kinds][ldr];
     if (!variant->tried)
@@ -139,6 +142,8 @@ static void bind_scene(kd_system_context *context)
     kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_MATERIAL, g->material);
     kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_EMISSIVE, g->emissive);
     kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_DEPTH, g->depth);
+    if (g->blended.id != 0)
+        kd_gpu_bind_texture(gpu, KD_UNIT_BLENDED, g->blended);
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
@@ -218,6 +223,7 @@ kd_status kd_resolve_import(kd_schedule *schedule)
                           .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer),
                                          KD_USES(kd_gi_targets), KD_CHANGES(kd_picture)},
                           .resources = {{"gbuffer", KD_USE_SAMPLED},
+                                        {"blended", KD_USE_SAMPLED},
                                         {"shadow.maps", KD_USE_SAMPLED},
                                         {"lights.uniform", KD_USE_UNIFORM},
                                         {"gi", KD_USE_SAMPLED},

@@ -1,0 +1,28 @@
+/* Light of a blended surface and the share of what is behind it that it hides. KD_SPARSE_LEVELS: the light that
+ * arrives is gathered from the octree at the pixel itself; else the sky shines everywhere, unoccluded. What
+ * shade.glsl asks for comes besides. */
+
+#include "shaders/deferred/fragment.glsl"
+#include "shaders/include/shade.glsl"
+
+layout(location = 0) out vec4 out_color;
+
+#ifdef KD_SPARSE_LEVELS
+#include "shaders/deferred/blend_gather.glsl"
+#else
+vec4 gathered_diffuse(surface s) { return vec4(kd_lights.ambient.rgb, 1.0); }
+vec3 gathered_specular(surface s) { return kd_lights.ambient.rgb; }
+#endif
+
+void main()
+{
+    vec4 base = material_base_color(uv, color);
+    surface s = fragment_surface(base);
+    s.position_ws = kd_view.position_ws.xyz + from_eye;
+    s.depth = gl_FragCoord.z;
+    s.albedo = clamp(s.albedo, 0.0, 1.0); /* as the G-buffer keeps them */
+    s.roughness = clamp(s.roughness, 0.0, 1.0);
+    s.metallic = clamp(s.metallic, 0.0, 1.0);
+    vec3 c = shade(s, gathered_diffuse(s), gathered_specular(s));
+    out_color = vec4(min(c, vec3(65504.0)), clamp(base.a, 0.0, 1.0));
+}

@@ -1,0 +1,78 @@
+#ifndef KD_INCLUDE_SHADE_GLSL
+#define KD_INCLUDE_SHADE_GLSL
+
+/* What a surface sends to the eye, or the part of it that a view shows.
+ *
+ * SHOW (KD_SHOW_*), DIRECTIONAL and LOCAL (kinds of light there are) are known when compiling: software
+ * drivers run both sides of a branch, and a loop's body once even when it has nothing to do. */
+
+#include "shaders/shared/resolve.h"
+#include "shaders/include/lights.glsl"
+#include "shaders/include/brdf.glsl"
+
+const uint show = SHOW;
+
+/* Light arrives as at a white matte surface when light alone is shown. */
+vec3 reflected(surface s, vec3 v, vec3 to_light)
+{
+    return show == KD_SHOW_LIGHT ? vec3(brdf_white(s, to_light)) : brdf_direct(s, v, to_light);
+}
+
+vec3 direct_light(surface s, vec3 v)
+{
+    vec3 to_light, sum = vec3(0.0);
+#ifdef DIRECTIONAL
+    for (uint i = 0u; i < light_directional_count(); i++) {
+        vec3 irradiance = light_sample(i, s.position_ws, to_light);
+        sum += irradiance * reflected(s, v, to_light) *
+               light_shadow_directional(i, s.position_ws, s.face_normal_ws);
+    }
+#endif
+#ifdef LOCAL
+    for (uint i = light_directional_count(); i < light_count(); i++) {
+        vec3 irradiance = light_sample(i, s.position_ws, to_light);
+        sum += irradiance * reflected(s, v, to_light) *
+               light_shadow_local(i, s.position_ws, s.face_normal_ws);
+    }
+#endif
+    return sum;
+}
+
+/* What the surface reflects specularly does not reach its diffuse layer. */
+vec3 indirect_diffuse(surface s, vec3 v, vec3 gathered)
+{
+    return brdf_diffuse_albedo(s) * max(1.0 - brdf_env_specular(s, v), 0.0) * gathered * s.occlusion;
+}
+
+/* The light that the view shows, of a surface that is not unlit. */
+vec3 shade_light(surface s, vec3 v, vec3 diffuse, vec3 specular)
+{
+    if (show == KD_SHOW_DIRECT)
+        return direct_light(s, v);
+    if (show == KD_SHOW_LIGHT)
+        return direct_light(s, v) + diffuse * s.occlusion;
+    vec3 glossy = brdf_env_specular(s, v) * specular;
+    if (show == KD_SHOW_SPECULAR)
+        return glossy;
+    vec3 indirect = indirect_diffuse(s, v, diffuse) + glossy;
+    return show == KD_SHOW_INDIRECT ? indirect : indirect + direct_light(s, v);
+}
+
+/* diffuse: rgb irradiance / pi that arrives, a ambient visibility; specular: radiance along the mirror
+ * direction. */
+vec3 shade(surface s, vec4 diffuse, vec3 specular)
+{
+    if (show == KD_SHOW_AO)
+        return vec3(diffuse.a);
+    if (show == KD_SHOW_ALBEDO)
+        return s.unlit ? s.emissive : s.albedo;
+    if (show == KD_SHOW_NORMAL)
+        return s.normal_ws * 0.5 + 0.5;
+    if (show == KD_SHOW_DEPTH)
+        return vec3(view_depth(s.depth));
+    vec3 emitted = show == KD_SHOW_FINAL || show == KD_SHOW_DIRECT ? s.emissive : vec3(0.0);
+    vec3 light = shade_light(s, -view_direction(s.position_ws), diffuse.rgb, specular);
+    return emitted + (s.unlit ? vec3(0.0) : light);
+}
+
+#endif
