@@ -11,5 +11,5 @@ int main(int argc, char **argv)
         fputs("kandil-assets: one argument is needed: the folder to write the models into\n", stderr);
         return 2;
     }
-    return cornell_write(argv[1]) && walker_write(argv[1]) ? 0 : 1;
+    return cornell_write(argv[1]) && walker_write(argv[1]) && drop_write(argv[1]) ? 0 : 1;
 }

@@ -9,4 +9,7 @@ bool cornell_write(const char *folder);
 /** Write walker.gltf and walker.bin into `folder`. Returns false after a message on standard error. */
 bool walker_write(const char *folder);
 
+/** Write drop.gltf and drop.bin into `folder`. Returns false after a message on standard error. */
+bool drop_write(const char *folder);
+
 #endif
