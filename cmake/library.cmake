@@ -80,3 +80,14 @@ configure_file(cmake/kandil.pc.in ${CMAKE_BINARY_DIR}/generated/kandil.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/generated/kandil-config.cmake
     ${CMAKE_BINARY_DIR}/generated/kandil-config-version.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kandil)
 install(FILES ${CMAKE_BINARY_DIR}/generated/kandil.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+
+# Pages of the public headers, by Doxygen; what it finds wrong in them is an error.
+find_program(DOXYGEN doxygen)
+if(DOXYGEN)
+    set(kd_pages ${kd_headers})
+    list(TRANSFORM kd_pages PREPEND ${CMAKE_SOURCE_DIR}/)
+    list(JOIN kd_pages " " KD_DOXYGEN_INPUT)
+    string(APPEND KD_DOXYGEN_INPUT " ${CMAKE_SOURCE_DIR}/docs/library.md ${CMAKE_SOURCE_DIR}/docs/ecs.md ${CMAKE_SOURCE_DIR}/docs/jobs.md")
+    configure_file(docs/Doxyfile.in ${CMAKE_BINARY_DIR}/generated/Doxyfile @ONLY)
+    add_custom_target(reference_pages COMMAND ${DOXYGEN} ${CMAKE_BINARY_DIR}/generated/Doxyfile VERBATIM)
+endif()
