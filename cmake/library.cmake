@@ -3,7 +3,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(kd_modules kd_core kd_jobs kd_ecs kd_gpu kd_asset kd_profile kd_components kd_script kd_systems kd_reference
-    kd_compare kd_bench kd_app)
+    kd_compare kd_bench kd_ui kd_app)
 set(kd_objects $<TARGET_OBJECTS:kd_shaders>)
 set(kd_third_parties "")
 foreach(module ${kd_modules})
@@ -26,7 +26,7 @@ set_target_properties(kandil_shared PROPERTIES EXPORT_NAME kandil VERSION ${PROJ
     SOVERSION ${PROJECT_VERSION_MAJOR} LINK_DEPENDS ${kd_exports})
 target_link_options(kandil_shared PRIVATE -Wl,--version-script=${kd_exports} -Wl,--no-undefined)
 target_link_libraries(kandil_shared PRIVATE ${kd_third_parties})
-set(kd_static_links lua5.4 spng webp draco meshoptimizer xxhash zstd embree3 osdCPU tinyexr stdc++ ${CMAKE_DL_LIBS} pthread m)
+set(kd_static_links imgui stb lua5.4 spng webp draco meshoptimizer xxhash zstd embree3 osdCPU tinyexr stdc++ ${CMAKE_DL_LIBS} pthread m)
 target_link_libraries(kandil_static INTERFACE ${kd_static_links})
 foreach(library kandil_shared kandil_static)
     set_target_properties(${library} PROPERTIES OUTPUT_NAME kandil LINKER_LANGUAGE CXX)

@@ -11,6 +11,10 @@ KD_COMPONENT_DEFINE_DEFAULT(
     KD_FIELD_RANGE(kd_camera, z_near, KD_F32, "m", 1e-6, 1e6, "distance of the near plane"),
     KD_FIELD_RANGE(kd_camera, z_far, KD_F32, "m", 1e-6, 1e9, "distance of the far plane"));
 
+KD_COMPONENT_DEFINE_FLAGS(kd_free_camera, "free_camera", KD_COMPONENT_TRANSIENT,
+                          KD_FIELD(kd_free_camera, on, KD_BOOL, NULL, "it is used"),
+                          KD_FIELD(kd_free_camera, world, KD_MAT4, NULL, "camera to world, column-major"));
+
 KD_COMPONENT_DEFINE(kd_view, "view", KD_FIELD(kd_view, view, KD_MAT4, NULL, "world to view, column-major"),
                     KD_FIELD(kd_view, projection, KD_MAT4, NULL, "view to clip space, z in -1 to 1"),
                     KD_FIELD(kd_view, view_projection, KD_MAT4, NULL, "world to clip space"),

@@ -17,6 +17,13 @@ typedef struct kd_camera {
 } kd_camera;
 KD_COMPONENT_DECLARE(kd_camera); /* default: perspective, 45 degrees, 0.05 … 200 m */
 
+/* Singleton: a pose that stands in place of the active camera's, whose lens is kept: somebody looks round. */
+typedef struct kd_free_camera {
+    bool on;
+    kd_mat4 world; /* as of a camera's entity */
+} kd_free_camera;
+KD_COMPONENT_DECLARE(kd_free_camera);
+
 /* Singleton: the camera of this frame, written by the camera system. Clip space as GL: z in -1 … 1. */
 typedef struct kd_view {
     kd_mat4 view, projection, view_projection, inverse_view_projection;

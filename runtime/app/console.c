@@ -18,6 +18,8 @@ static struct {
     size_t capture_size;
     char *warnings[MAX_WARNINGS];
     uint32_t warning_count;
+    void (*listener)(void *user, bool error, const char *text);
+    void *listener_user;
 } console = {.lock = PTHREAD_MUTEX_INITIALIZER};
 
 static void hide_bar(void)
@@ -52,8 +54,11 @@ static void sink(void *user, kd_log_level level, const char *text)
         snprintf(console.capture, console.capture_size, "%s", text);
     } else if (level == KD_LOG_ERROR || (level > KD_LOG_DEBUG && !console.quiet)) {
         /* What fails after the first failure follows from it. */
-        if (level != KD_LOG_ERROR || !console.said_error)
+        bool said = level != KD_LOG_ERROR || !console.said_error;
+        if (said)
             print(level, text);
+        if (said && console.listener && level >= KD_LOG_WARNING)
+            console.listener(console.listener_user, level == KD_LOG_ERROR, text);
         console.said_error = console.said_error || level == KD_LOG_ERROR;
     }
     pthread_mutex_unlock(&console.lock);
@@ -129,6 +134,21 @@ void app_console_capture(char *text, size_t size)
     console.capture_size = size;
     if (text && size > 0)
         text[0] = '\0';
+    pthread_mutex_unlock(&console.lock);
+}
+
+void app_console_listen(void (*listener)(void *user, bool error, const char *text), void *user)
+{
+    pthread_mutex_lock(&console.lock);
+    console.listener = listener;
+    console.listener_user = user;
+    pthread_mutex_unlock(&console.lock);
+}
+
+void app_console_recover(void)
+{
+    pthread_mutex_lock(&console.lock);
+    console.said_error = false;
     pthread_mutex_unlock(&console.lock);
 }
 

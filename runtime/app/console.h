@@ -22,6 +22,12 @@ void app_console_clear(void);
 /** Catch errors in `text` instead of printing them: the last one stays. NULL ends that. */
 void app_console_capture(char *text, size_t size);
 
+/** Hand every warning and error to somebody else too. NULL ends that. Threading: called by any thread, one at
+ * a time; it must not log. */
+void app_console_listen(void (*listener)(void *user, bool error, const char *text), void *user);
+/** An error is over and the program goes on: the next one is printed again. */
+void app_console_recover(void);
+
 /** Tell whether an error was printed. */
 bool app_console_said_error(void);
 

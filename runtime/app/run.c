@@ -3,18 +3,15 @@
 
 #include <stdio.h>
 
-#include "components/render_targets.h"
 #include "components/voxel_scene.h"
 #include "runtime/app/capture.h"
 #include "runtime/app/console.h"
 #include "runtime/app/graph.h"
 #include "runtime/app/interrupt.h"
-#include "runtime/app/scene.h"
+#include "runtime/app/stage.h"
 #include "runtime/app/stats.h"
-#include "runtime/app/timing.h"
+#include "runtime/app/window/window.h"
 #include "runtime/app/world_setup.h"
-#include "runtime/asset/voxel_file.h"
-#include "runtime/app/voxelize.h"
 #include "runtime/core/clock.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
@@ -22,13 +19,8 @@
 typedef struct run {
     const app_options *options;
     kd_jobs *jobs;
-    kd_world *world;
     kd_gpu *gpu;
-    kd_schedule *schedule;
-    app_scene scene;
-    app_capture *capture;
-    app_timing timing;
-    kd_voxel_file voxels; /* of --voxels */
+    app_stage *stage;
     uint64_t frame_count, done, left_out;
     bool without_gpu; /* GPU systems are switched off: the frame is there already */
 } run;
@@ -61,8 +53,8 @@ static kd_status open_gpu(run *r)
         &(kd_gpu_desc){
             .api = r->options->context,
             .window = r->options->window,
-            .width = r->scene.width,
-            .height = r->scene.height,
+            .width = r->stage->scene.width,
+            .height = r->stage->scene.height,
             .shaders = app_shaders(r->options->extension),
 #ifndef NDEBUG
             .debug = true,
@@ -75,44 +67,16 @@ static kd_status open_gpu(run *r)
 static app_timing_mode timing_mode(const run *r)
 {
     const app_options *o = r->options;
-    if (!o->profile && !o->stats && !o->trace_count && !o->compare_profile)
+    if (!o->profile && !o->stats && !o->trace_count && !o->compare_profile && !o->window)
         return APP_TIMING_OFF;
     return r->options->profile_sync || kd_gpu_get_info(r->gpu)->software ? APP_TIMING_SYNC
                                                                          : APP_TIMING_STAMPS;
 }
 
-static kd_status configure_schedule(run *r)
+static app_stage_desc stage_desc(const run *r)
 {
-    const kd_settings *settings = &r->scene.settings;
-    kd_schedule_set_step(r->schedule, 1 / r->scene.fps);
-    kd_schedule_randomize(r->schedule, (uint64_t)settings->debug_shuffle);
-    kd_status status = kd_schedule_check(r->schedule, settings->debug_access);
-    if (status == KD_OK && timing_mode(r) != APP_TIMING_OFF)
-        status = kd_schedule_measure(r->schedule, true);
-    return status;
-}
-
-static kd_status open_schedule(run *r)
-{
-    r->schedule = kd_schedule_make(r->world, r->jobs, r->gpu);
-    if (!r->schedule)
-        return kd_fail(KD_NO_MEMORY, "out of memory");
-    kd_status status = app_import_systems(r->schedule, r->options->extension);
-    if (status == KD_OK)
-        status = app_capture_open(r->options, r->world, r->gpu, r->jobs, r->scene.width, r->scene.height,
-                                  r->scene.fps, &r->capture);
-    if (status == KD_OK)
-        status = app_capture_import(r->capture, r->schedule);
-    if (status == KD_OK)
-        status = app_timing_open(&r->timing, &(app_timing_desc){.schedule = r->schedule,
-                                                                .gpu = r->gpu,
-                                                                .world = r->world,
-                                                                .jobs = r->jobs,
-                                                                .mode = timing_mode(r),
-                                                                .trace = r->options->trace_count > 0});
-    if (status == KD_OK)
-        status = kd_schedule_init(r->schedule);
-    return status == KD_OK ? configure_schedule(r) : status;
+    return (app_stage_desc){
+        .gpu = r->gpu, .timing = timing_mode(r), .trace = r->options->trace_count > 0, .captures = true};
 }
 
 static kd_status open_all(run *r)
@@ -120,71 +84,31 @@ static kd_status open_all(run *r)
     kd_status status = check_outputs(r->options);
     if (status != KD_OK)
         return status;
-    if (r->options->voxels)
-        status = app_voxel_file_open(&r->voxels, r->options->voxels);
-    if (status != KD_OK)
-        return status;
     r->jobs = kd_jobs_make(r->options->threads);
-    r->world = kd_world_make();
-    if (!r->jobs || !r->world)
+    if (!r->jobs)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    if (r->options->voxels)
-        kd_singleton(r->world, kd_voxel_scene)->given = &r->voxels;
-    status = app_scene_load(&r->scene, r->world, r->options);
+    status = app_stage_load(r->options, r->jobs, &r->stage);
     if (status == KD_OK)
         status = open_gpu(r);
-    if (status == KD_OK)
-        status = open_schedule(r);
+    if (status == KD_OK) {
+        app_stage_desc desc = stage_desc(r);
+        status = app_stage_open(r->stage, &desc);
+    }
     return status;
 }
 
 /* ---- the frames ---- */
 
-static kd_status run_frame(run *r, uint64_t index)
-{
-    app_timing_frame_begin(&r->timing);
-    app_timing_section(&r->timing, APP_ROW_SCENARIO, true);
-    kd_status status = app_scene_step(&r->scene, index);
-    app_timing_section(&r->timing, APP_ROW_SCENARIO, false);
-    if (status != KD_OK)
-        return status;
-    status = kd_schedule_run(r->schedule);
-    app_timing_section(&r->timing, APP_ROW_END, true);
-    if (status == KD_OK && kd_gpu_failed(r->gpu))
-        status = KD_GPU;
-    if (status == KD_OK)
-        status = app_capture_status(r->capture);
-    kd_gpu_end_frame(r->gpu);
-    app_timing_frame_end(&r->timing);
-    return status;
-}
-
 /* A file that was asked for and holds nothing of what the first frame shows is of something else. */
 static kd_status check_voxels(const run *r)
 {
-    const kd_voxel_scene *scene = kd_singleton(r->world, kd_voxel_scene);
+    const kd_voxel_scene *scene = kd_singleton(r->stage->world, kd_voxel_scene);
     if (!scene->given || !scene->cache_count || scene->given_used)
         return KD_OK;
     return kd_fail(KD_BAD_FORMAT,
                    "%s: it is stale: none of its voxels are of this scene at these spans; make it again with "
                    "`kandil voxelize`",
                    r->options->voxels);
-}
-
-static void present(run *r)
-{
-    uint32_t width, height;
-    const kd_picture *picture = kd_singleton(r->world, kd_picture);
-    kd_gpu_window_size(r->gpu, &width, &height);
-    kd_gpu_blit_to_window(r->gpu, picture->ldr, width, height);
-    kd_gpu_window_present(r->gpu);
-}
-
-static bool wants_more(run *r, bool endless)
-{
-    if (r->options->window && kd_gpu_window_should_close(r->gpu))
-        return false;
-    return endless || r->done < r->frame_count;
 }
 
 /* ---- frames that are there already ---- */
@@ -196,12 +120,13 @@ enum { FIRST_FRAMES = 1, WARM_UP_FRAMES = 2, BOUNCE_FRAMES = 21 };
 
 static uint64_t warm_up_frames(const run *r)
 {
-    return r->scene.settings.light_bounces > KD_BOUNCES_ONE ? BOUNCE_FRAMES : WARM_UP_FRAMES;
+    return r->stage->scene.settings.light_bounces > KD_BOUNCES_ONE ? BOUNCE_FRAMES : WARM_UP_FRAMES;
 }
 
 static bool is_finished(const run *r, uint64_t frame)
 {
-    return frame < r->frame_count && !app_capture_wants(r->capture, frame, frame + 1 == r->frame_count);
+    return frame < r->frame_count &&
+           !app_capture_wants(r->stage->capture, frame, frame + 1 == r->frame_count);
 }
 
 /* Neither the frame nor those for which it would warm up are wanted. The first is rendered in any case: what
@@ -220,38 +145,42 @@ static bool may_leave_out(const run *r, uint64_t frame)
 static void choose_work(run *r)
 {
     bool without_gpu = may_leave_out(r, r->done);
-    app_capture_rest(r->capture, is_finished(r, r->done));
+    app_capture_rest(r->stage->capture, is_finished(r, r->done));
     r->left_out += without_gpu;
-    if (without_gpu == r->without_gpu)
-        return;
-    for (uint32_t i = 0; i < kd_schedule_count(r->schedule); i++) {
-        const kd_system_desc *system = kd_schedule_system(r->schedule, i);
-        if (system->where == KD_ON_GPU)
-            kd_schedule_enable(r->schedule, system->name, !without_gpu);
-    }
+    if (without_gpu != r->without_gpu)
+        app_stage_enable_gpu(r->stage, !without_gpu);
     r->without_gpu = without_gpu;
 }
 
 static kd_status run_frames(run *r)
 {
     kd_status status = KD_OK;
-    bool endless = r->options->window && r->options->frames < 0 && r->options->seconds < 0;
-    while (status == KD_OK && wants_more(r, endless)) {
+    while (status == KD_OK && r->done < r->frame_count) {
         if (app_interrupted())
             return KD_INTERRUPTED;
         uint64_t began = kd_clock_ns();
         if (r->options->resume)
             choose_work(r);
-        status = run_frame(r, r->done);
+        status = app_stage_frame(r->stage, r->done);
         if (status == KD_OK && r->done == 0)
             status = check_voxels(r);
-        if (status == KD_OK && r->options->window)
-            present(r);
         r->done += status == KD_OK;
-        if (!endless)
-            app_console_progress(r->done, r->frame_count, (double)(kd_clock_ns() - began) * 1e-6);
+        app_console_progress(r->done, r->frame_count, (double)(kd_clock_ns() - began) * 1e-6);
     }
     return status;
+}
+
+/* A window stays until it is closed, unless so many frames were asked for. */
+static kd_status run_window(run *r)
+{
+    bool endless = r->options->frames < 0 && r->options->seconds < 0;
+    return app_window_run(&(app_window_desc){.options = r->options,
+                                             .jobs = r->jobs,
+                                             .gpu = r->gpu,
+                                             .stage = &r->stage,
+                                             .reopen = stage_desc(r),
+                                             .frame_count = endless ? UINT64_MAX : r->frame_count},
+                          &r->done);
 }
 
 /* ---- after the frames ---- */
@@ -260,33 +189,34 @@ static kd_status run_frames(run *r)
 static kd_status finish(run *r, kd_status status)
 {
     app_console_clear();
-    app_timing_finish(&r->timing);
+    app_timing_finish(&r->stage->timing);
     if (r->left_out)
         kd_log(KD_LOG_INFO, "resumed: %llu of %llu frames were not rendered again",
                (unsigned long long)r->left_out, (unsigned long long)r->done);
     bool last = r->done > 0 && (status == KD_OK || status == KD_INTERRUPTED);
-    kd_status written = app_capture_finish(r->capture, last);
+    kd_status written = app_capture_finish(r->stage->capture, last);
     if (status == KD_OK || status == KD_INTERRUPTED)
         status = written != KD_OK ? written : status;
     if ((status == KD_OK || status == KD_INTERRUPTED) && r->options->stats) {
-        written = app_stats_write(r->options->stats, &r->scene, &r->timing, r->gpu, r->jobs, r->done);
+        written =
+            app_stats_write(r->options->stats, &r->stage->scene, &r->stage->timing, r->gpu, r->jobs, r->done);
         status = written != KD_OK ? written : status;
     }
     if (r->options->graph && r->done > 0 && (status == KD_OK || status == KD_INTERRUPTED)) {
-        written = app_graph_write(r->schedule, r->options->graph);
+        written = app_graph_write(r->stage->schedule, r->options->graph);
         status = written != KD_OK ? written : status;
     }
     if (status == KD_OK && r->done == 0 && r->options->output_count)
         kd_log(KD_LOG_WARNING, "%s was not written: no frame was rendered; ask for one at least",
                r->options->outputs[0].path);
     if (r->options->profile && r->done > 0)
-        kd_profile_write_table(r->timing.profile, stdout);
+        kd_profile_write_table(r->stage->timing.profile, stdout);
     if (r->options->compare_profile && r->done > 0) {
-        written = kd_profile_compare(r->timing.profile, r->options->compare_profile, stdout);
+        written = kd_profile_compare(r->stage->timing.profile, r->options->compare_profile, stdout);
         status = status == KD_OK ? written : status;
     }
     for (uint32_t i = 0; i < r->options->trace_count && r->done > 0; i++) {
-        written = kd_profile_write_trace(r->timing.profile, r->options->traces[i]);
+        written = kd_profile_write_trace(r->stage->timing.profile, r->options->traces[i]);
         status = status == KD_OK ? written : status;
     }
     return status;
@@ -294,16 +224,9 @@ static kd_status finish(run *r, kd_status status)
 
 static void close_all(run *r)
 {
-    app_capture_close(r->capture);
-    if (r->schedule)
-        kd_schedule_destroy(r->schedule);
-    app_timing_close(&r->timing);
-    app_scene_fini(&r->scene);
-    if (r->world)
-        kd_world_destroy(r->world);
+    app_stage_close(r->stage);
     if (r->gpu)
         kd_gpu_close(r->gpu);
-    kd_voxel_file_close(&r->voxels);
     if (r->jobs)
         kd_jobs_destroy(r->jobs);
 }
@@ -314,12 +237,12 @@ kd_status app_run(const app_options *options)
     app_interrupt_install();
     kd_status status = open_all(&r);
     if (status == KD_OK) {
-        r.frame_count = app_scene_frames(&r.scene, options);
+        r.frame_count = app_scene_frames(&r.stage->scene, options);
         if (options->graph && r.frame_count == 0 && !options->window)
             status = kd_fail(KD_USAGE, "--graph: %s: the graph is known after a frame; render one at least",
                              options->graph);
         else
-            status = finish(&r, run_frames(&r));
+            status = finish(&r, options->window ? run_window(&r) : run_frames(&r));
     }
     close_all(&r);
     if (status == KD_INTERRUPTED)

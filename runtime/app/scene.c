@@ -91,6 +91,7 @@ bool app_may_write(const char *component, const char *field)
                                       "morph_weights",
                                       "animation",
                                       "view",
+                                      "free_camera",
                                       "frame",
                                       "gbuffer",
                                       "lighting",
@@ -210,22 +211,27 @@ static void turn(const app_scene *scene, double time_s)
         t->rotation = (kd_quat){0, (float)sin(half), 0, (float)cos(half)};
 }
 
-kd_status app_scene_step(app_scene *scene, uint64_t index)
+void app_scene_show(const app_scene *scene, uint64_t index)
 {
     kd_frame *frame = kd_singleton(scene->world, kd_frame);
-    double time_s = (double)index / scene->fps, dt_s = 1 / scene->fps;
-    scene->started = true;
     frame->index = index;
-    frame->time_s = time_s;
-    frame->dt_s = (float)dt_s;
+    frame->time_s = (double)index / scene->fps;
+    frame->dt_s = (float)(1 / scene->fps);
     frame->width = scene->width;
     frame->height = scene->height;
     frame->gi = scene->gi;
     frame->view = scene->view;
     frame->settings = scene->settings;
+}
+
+kd_status app_scene_step(app_scene *scene, uint64_t index)
+{
+    double time_s = (double)index / scene->fps;
+    scene->started = true;
+    app_scene_show(scene, index);
     if (scene->turntable.generation)
         turn(scene, time_s);
-    return scene->script ? kd_script_step(scene->script, time_s, dt_s) : KD_OK;
+    return scene->script ? kd_script_step(scene->script, time_s, 1 / scene->fps) : KD_OK;
 }
 
 void app_scene_fini(app_scene *scene)

@@ -37,6 +37,9 @@ kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *o
  */
 kd_status app_scene_step(app_scene *scene, uint64_t index);
 
+/** Tell the systems about frame `index`, and what is to be shown: the world stays as it is. */
+void app_scene_show(const app_scene *scene, uint64_t index);
+
 /** Frames that the command line and the scenario ask for. */
 uint64_t app_scene_frames(const app_scene *scene, const app_options *options);
 

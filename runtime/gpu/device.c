@@ -277,6 +277,11 @@ bool kd_gpu_failed(const kd_gpu *gpu)
     return gpu->failed;
 }
 
+void kd_gpu_forgive(kd_gpu *gpu)
+{
+    gpu->failed = false;
+}
+
 uint64_t kd_gpu_frame(const kd_gpu *gpu)
 {
     return gpu->frame;

@@ -84,6 +84,9 @@ uint32_t kd_gpu_memory(const kd_gpu *gpu, kd_gpu_memory_row *rows, uint32_t capa
 bool kd_gpu_failed(
     const kd_gpu *gpu); /* something has failed since the context was opened (and was logged) */
 
+/** Forget what has failed: what it failed for was given up, and all else goes on. */
+void kd_gpu_forgive(kd_gpu *gpu);
+
 /* ---- buffers ---- */
 typedef enum kd_buffer_usage {
     KD_BUFFER_STATIC, /* written once or by shaders */
@@ -186,6 +189,12 @@ typedef struct kd_gpu_program_desc {
  */
 kd_gpu_program kd_gpu_make_program(kd_gpu *gpu, const kd_gpu_program_desc *desc);
 void kd_gpu_destroy_program(kd_gpu *gpu, kd_gpu_program program);
+/** Compile every program anew whose source has changed: for whoever edits shaders. Handles stay; a program that
+ * does not compile stays what it was, and that counts as no failure of the GPU. changed  called with the path
+ * of each that was changed (of its fragment shader when it draws), may be NULL. *count  of these
+ *  Errors  GPU when one could not be made; each is logged */
+kd_status kd_gpu_reload_programs(kd_gpu *gpu, void (*changed)(void *user, const char *path), void *user,
+                                 uint32_t *count);
 
 /* ---- render targets ---- */
 #define KD_MAX_COLOR_TARGETS 8

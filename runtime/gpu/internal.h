@@ -62,10 +62,18 @@ typedef struct gpu_texture {
     char name[GPU_MAX_NAME];
 } gpu_texture;
 
+/* What a program was made of, to make it anew. */
+typedef struct gpu_recipe {
+    char *compute, *vertex, *geometry, *fragment; /* NULL: it has none */
+    char **defines;                               /* NULL-terminated */
+    uint64_t hash;                                /* of the whole source of every stage */
+} gpu_recipe;
+
 typedef struct gpu_program {
     GLuint gl;
     bool compute;
     uint32_t storage; /* mask of the storage bindings that it uses */
+    gpu_recipe recipe;
     char name[GPU_MAX_NAME];
 } gpu_program;
 
@@ -185,6 +193,18 @@ const gpu_format *gpu_get_format(kd_texture_format format);
 uint32_t gpu_level_size(uint32_t size, uint32_t level);
 /** Bytes of one level with all its layers or slices, in the natural layout. */
 size_t gpu_level_bytes(const gpu_texture *texture, uint32_t level);
+
+/** Copy what a program is made of. Returns false when memory is out; nothing is held then. */
+bool gpu_recipe_init(gpu_recipe *recipe, const kd_gpu_program_desc *desc, uint64_t hash);
+void gpu_recipe_fini(gpu_recipe *recipe);
+/** Compile and link what a description names. Returns 0 after logging why. *hash  of the source, NULL allowed
+ */
+GLuint gpu_build_program(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name, uint64_t *hash);
+/** Mask of the storage bindings that a program uses. */
+uint32_t gpu_program_storage(kd_gpu *gpu, GLuint program);
+/** Go on with a hash (FNV-1a) over more text; begin with GPU_HASH. */
+#define GPU_HASH 0xcbf29ce484222325u
+uint64_t gpu_hash_text(uint64_t hash, const char *text);
 
 /** Use a program unless it is in use. Returns false when it cannot be, with a complaint: here, or before when
  * the bind of a buffer that it uses was refused. */

@@ -49,8 +49,15 @@ static char *get_log(kd_gpu *gpu, GLuint object, bool is_program)
     return log;
 }
 
+uint64_t gpu_hash_text(uint64_t hash, const char *text)
+{
+    for (; *text; text++)
+        hash = (hash ^ (unsigned char)*text) * 0x100000001b3u;
+    return hash;
+}
+
 /* Returns 0 after logging why. */
-static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *const *defines)
+static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *const *defines, uint64_t *hash)
 {
     const gl_table *gl = &gpu->gl;
     gpu_source source = {.more = gpu->shaders};
@@ -60,6 +67,7 @@ static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *c
         return 0;
     }
     const GLchar *text = source.text;
+    *hash = gpu_hash_text(*hash, source.text);
     GLint good = GL_FALSE;
     GLuint shader = gl->CreateShader(stage);
     gl->ShaderSource(shader, 1, &text, NULL);
@@ -94,8 +102,7 @@ static bool link_program(kd_gpu *gpu, GLuint program, const char *name)
     return false;
 }
 
-/* Compile and link the stages that are there. Returns 0 after logging why. */
-static GLuint build(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name)
+GLuint gpu_build_program(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name, uint64_t *hash)
 {
     const struct {
         GLenum stage;
@@ -106,11 +113,12 @@ static GLuint build(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *na
       compute[MAX_STAGES] = {{GL_COMPUTE_SHADER, desc->compute}},
       *stages = desc->compute ? compute : graphics;
     GLuint program = gpu->gl.CreateProgram(), shaders[MAX_STAGES] = {0};
+    uint64_t text_hash = GPU_HASH;
     bool good = true;
     for (int i = 0; i < MAX_STAGES; i++) {
         if (!stages[i].path)
             continue;
-        shaders[i] = compile(gpu, stages[i].stage, stages[i].path, desc->defines);
+        shaders[i] = compile(gpu, stages[i].stage, stages[i].path, desc->defines, &text_hash);
         good = good && shaders[i];
         if (shaders[i])
             gpu->gl.AttachShader(program, shaders[i]);
@@ -124,10 +132,12 @@ static GLuint build(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *na
     }
     if (!good)
         gpu->gl.DeleteProgram(program);
+    if (hash)
+        *hash = text_hash;
     return good ? program : 0;
 }
 
-static uint32_t list_storage(kd_gpu *gpu, GLuint program)
+uint32_t gpu_program_storage(kd_gpu *gpu, GLuint program)
 {
     static const GLenum what = GL_BUFFER_BINDING;
     GLint count = 0;
@@ -148,19 +158,25 @@ kd_gpu_program kd_gpu_make_program(kd_gpu *gpu, const kd_gpu_program_desc *desc)
     assert(gpu && desc && (desc->compute || desc->vertex));
     const char *path = desc->compute ? desc->compute : desc->fragment ? desc->fragment : desc->vertex;
     const char *name = desc->name ? desc->name : path;
-    GLuint gl = build(gpu, desc, name);
+    uint64_t hash;
+    gpu_recipe recipe;
+    gpu_program *program;
+    GLuint gl = gpu_build_program(gpu, desc, name, &hash);
     if (!gl)
         return (kd_gpu_program){0};
-    gpu_program *program;
-    uint32_t id = gpu_pool_add(&gpu->programs, (void **)&program);
+    bool known = gpu_recipe_init(&recipe, desc, hash);
+    uint32_t id = known ? gpu_pool_add(&gpu->programs, (void **)&program) : 0;
     if (!id) {
+        if (known)
+            gpu_recipe_fini(&recipe);
         gpu->gl.DeleteProgram(gl);
         gpu_fail(gpu, "program %s: no memory for its handle", name);
         return (kd_gpu_program){0};
     }
     program->gl = gl;
     program->compute = desc->compute != NULL;
-    program->storage = list_storage(gpu, gl);
+    program->storage = gpu_program_storage(gpu, gl);
+    program->recipe = recipe;
     gpu_copy_name(program->name, name, "program");
     gpu_label(gpu, GL_PROGRAM, gl, program->name);
     return (kd_gpu_program){id};
@@ -176,6 +192,7 @@ void kd_gpu_destroy_program(kd_gpu *gpu, kd_gpu_program handle)
         gpu->program = 0;
     }
     gpu->gl.DeleteProgram(program->gl);
+    gpu_recipe_fini(&program->recipe);
     gpu_pool_remove(&gpu->programs, handle.id);
 }
 

@@ -121,7 +121,7 @@ static void put_samples(kd_json *j, const kd_profile *p, uint32_t system)
 
 static void put_system(kd_json *j, const kd_profile *p, uint32_t index)
 {
-    kd_profile_system system = profile_system(p, index);
+    kd_profile_system system = kd_profile_system_at(p, index);
     kd_json_object_begin(j);
     kd_json_key(j, "name");
     kd_json_string(j, system.name);
@@ -144,11 +144,11 @@ static bool put_profile(writer *w, const kd_profile *p)
     kd_json_uint(&j, kd_trace_dropped(w->trace));
     kd_json_key(&j, "frame");
     kd_json_object_begin(&j);
-    put_samples(&j, p, profile_system_count(p));
+    put_samples(&j, p, kd_profile_system_count(p));
     kd_json_object_end(&j);
     kd_json_key(&j, "systems");
     kd_json_array_begin(&j);
-    for (uint32_t i = 0; i < profile_system_count(p); i++)
+    for (uint32_t i = 0; i < kd_profile_system_count(p); i++)
         put_system(&j, p, i);
     kd_json_array_end(&j);
     kd_json_object_end(&j);

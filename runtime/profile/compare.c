@@ -347,9 +347,9 @@ static void add_row(row *rows, size_t *count, const char *name, samples old, sam
 static size_t fill_rows(const kd_profile *p, const old_profile *old, row *rows)
 {
     size_t count = 0;
-    uint32_t systems = profile_system_count(p);
+    uint32_t systems = kd_profile_system_count(p);
     for (uint32_t i = 0; i <= systems; i++) {
-        const char *name = i < systems ? profile_system(p, i).name : "frame";
+        const char *name = i < systems ? kd_profile_system_at(p, i).name : "frame";
         const old_system *before = i < systems ? find_old(old, name) : NULL;
         samples now = samples_of(p, i);
         add_row(rows, &count, name, i == systems ? old->frame : before ? before->times : (samples){0}, now);
@@ -358,7 +358,7 @@ static size_t fill_rows(const kd_profile *p, const old_profile *old, row *rows)
     for (size_t i = 0; i < old->count; i++) {
         bool known = false;
         for (uint32_t k = 0; k < systems; k++)
-            known = known || strcmp(profile_system(p, k).name, old->systems[i].name) == 0;
+            known = known || strcmp(kd_profile_system_at(p, k).name, old->systems[i].name) == 0;
         if (!known)
             add_row(rows, &count, old->systems[i].name, old->systems[i].times, (samples){0});
     }
@@ -369,7 +369,7 @@ kd_status kd_profile_compare(const kd_profile *p, const char *old_path, FILE *ou
 {
     old_profile old = {0};
     kd_status status = read_old(old_path, &old);
-    row *rows = status == KD_OK ? calloc(profile_system_count(p) + old.count + 1, sizeof *rows) : NULL;
+    row *rows = status == KD_OK ? calloc(kd_profile_system_count(p) + old.count + 1, sizeof *rows) : NULL;
     if (rows) {
         size_t count = fill_rows(p, &old, rows);
         if (!decide(rows, count))

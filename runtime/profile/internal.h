@@ -5,8 +5,6 @@
 #include "runtime/profile/trace.h"
 
 /* What the reports need to know of a profile besides its statistics. */
-uint32_t profile_system_count(const kd_profile *p);
-kd_profile_system profile_system(const kd_profile *p, uint32_t index);
 const char *profile_clock(const kd_profile *p);
 /** Get a system's samples, of the clock that is reported; `system` may be the count, for the frame. The
  * oldest kept lies at .first; entry i at (first + i) % count. */

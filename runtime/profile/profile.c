@@ -318,22 +318,28 @@ kd_profile_stats kd_profile_frame_stats(const kd_profile *p)
     return stats;
 }
 
+/* What is reported of a system: GPU times where it has some. */
+static const series *reported(const kd_profile *p, uint32_t system)
+{
+    if (system >= p->zone_count)
+        return &p->frame_times;
+    const system_zone *zone = &p->zones[system];
+    return zone->gpu_times.count ? &zone->gpu_times : &zone->cpu_times;
+}
+
 profile_samples profile_system_samples(const kd_profile *p, uint32_t system)
 {
-    const system_zone *zone = &p->zones[system < p->zone_count ? system : 0];
-    const series *s = system == p->zone_count ? &p->frame_times
-                      : zone->gpu_times.count ? &zone->gpu_times
-                                              : &zone->cpu_times;
+    const series *s = reported(p, system);
     bool full = s->count > s->capacity;
     return (profile_samples){s->ns, full ? s->count % s->capacity : 0, full ? s->capacity : s->count};
 }
 
-uint32_t profile_system_count(const kd_profile *p)
+uint32_t kd_profile_system_count(const kd_profile *p)
 {
     return p->zone_count;
 }
 
-kd_profile_system profile_system(const kd_profile *p, uint32_t index)
+kd_profile_system kd_profile_system_at(const kd_profile *p, uint32_t index)
 {
     const system_zone *zone = &p->zones[index];
     return (kd_profile_system){.name = zone->name, .phase = zone->phase, .gpu = zone->gpu};
@@ -342,4 +348,11 @@ kd_profile_system profile_system(const kd_profile *p, uint32_t index)
 const char *profile_clock(const kd_profile *p)
 {
     return p->clock;
+}
+
+uint64_t kd_profile_newest(const kd_profile *p, uint32_t system, double *ms)
+{
+    const series *s = reported(p, system);
+    *ms = s->count && s->capacity ? (double)s->ns[(s->count - 1) % s->capacity] * 1e-6 : 0;
+    return s->count;
 }

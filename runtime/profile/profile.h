@@ -94,6 +94,13 @@ typedef struct kd_profile_stats {
 kd_profile_stats kd_profile_system_stats(const kd_profile *p, uint32_t system);
 kd_profile_stats kd_profile_frame_stats(const kd_profile *p);
 
+uint32_t kd_profile_system_count(const kd_profile *p);
+/** The text lives as long as the profile. */
+kd_profile_system kd_profile_system_at(const kd_profile *p, uint32_t index);
+/** Get the newest time of a system, by the clock that is reported; of the frame when `system` is the count of
+ * systems. Returns how many there have been: unchanged when it did not run since. Cost: none */
+uint64_t kd_profile_newest(const kd_profile *p, uint32_t system, double *ms);
+
 /** Write the table: systems in order, a line for the whole frame, how it was measured. */
 void kd_profile_write_table(const kd_profile *p, FILE *out);
 /** Write which systems became slower or faster since the run that wrote the timeline `old_path` (JSON), by a

@@ -8,8 +8,8 @@
 static int name_width(const kd_profile *p)
 {
     size_t width = strlen("system");
-    for (uint32_t i = 0; i < profile_system_count(p); i++) {
-        size_t length = strlen(profile_system(p, i).name);
+    for (uint32_t i = 0; i < kd_profile_system_count(p); i++) {
+        size_t length = strlen(kd_profile_system_at(p, i).name);
         width = length > width ? length : width;
     }
     return (int)width;
@@ -36,11 +36,11 @@ static void write_row(FILE *out, int width, const kd_profile_system *system, con
 static void write_idle(const kd_profile *p, FILE *out)
 {
     const char *between = "did not run: ";
-    for (uint32_t i = 0; i < profile_system_count(p); i++) {
+    for (uint32_t i = 0; i < kd_profile_system_count(p); i++) {
         kd_profile_counts c = kd_profile_system_stats(p, i).counts;
         if (c.runs || !skipped(&c))
             continue;
-        fprintf(out, "%s%s (%s)", between, profile_system(p, i).name,
+        fprintf(out, "%s%s (%s)", between, kd_profile_system_at(p, i).name,
                 c.disabled >= c.not_due && c.disabled >= c.refused ? "disabled"
                 : c.not_due >= c.refused                           ? "rate"
                                                                    : "condition");
@@ -56,8 +56,8 @@ void kd_profile_write_table(const kd_profile *p, FILE *out)
     kd_profile_stats frame = kd_profile_frame_stats(p);
     fprintf(out, "%-*s  %-15s  %-5s  %9s  %9s  %9s  %7s  %8s  %6s  %7s  %9s\n", width, "system", "phase",
             "where", "median ms", "p95 ms", "max ms", "share", "MB moved", "runs", "skipped", "rows");
-    for (uint32_t i = 0; i < profile_system_count(p); i++) {
-        kd_profile_system system = profile_system(p, i);
+    for (uint32_t i = 0; i < kd_profile_system_count(p); i++) {
+        kd_profile_system system = kd_profile_system_at(p, i);
         kd_profile_stats stats = kd_profile_system_stats(p, i);
         if (stats.runs)
             write_row(out, width, &system, &stats, frame.total_ms);
@@ -119,8 +119,8 @@ void kd_profile_write_json(const kd_profile *p, kd_json *json)
     kd_json_object_end(json);
     kd_json_key(json, "systems");
     kd_json_array_begin(json);
-    for (uint32_t i = 0; i < profile_system_count(p); i++) {
-        kd_profile_system system = profile_system(p, i);
+    for (uint32_t i = 0; i < kd_profile_system_count(p); i++) {
+        kd_profile_system system = kd_profile_system_at(p, i);
         kd_profile_stats stats = kd_profile_system_stats(p, i);
         write_system(json, &system, &stats);
     }

@@ -40,7 +40,7 @@ typedef struct script_param {
     bool asked; /* the scenario knows it */
 } script_param;
 
-enum { SCRIPT_MAX_PARAM_NAMES = 256 };
+enum { SCRIPT_MAX_PARAM_NAMES = 256, SCRIPT_MAX_INPUTS = 256, SCRIPT_MAX_HELD = 16 };
 
 struct kd_query;
 
@@ -51,7 +51,10 @@ struct kd_script {
     script_budget budget;
     uint64_t instruction_limit;
     uint64_t time_limit_ns;
-    int update; /* registry reference, LUA_NOREF */
+    int callbacks[KD_SCRIPT_CALLBACK_COUNT]; /* registry references, LUA_NOREF */
+    kd_script_input inputs[SCRIPT_MAX_INPUTS]; /* a ring */
+    uint32_t input_first, input_count;
+    const char *held[SCRIPT_MAX_HELD]; /* names of keys and buttons that are down, NULL: free */
     char path[KD_PATH_MAX];
     char (*roots)[KD_PATH_MAX]; /* the scenario's folder first */
     uint32_t root_count;
@@ -209,6 +212,11 @@ int script_on_clip(lua_State *L);
 void script_play(lua_State *L, kd_entity e, const kd_script_play *play);
 void script_clip_started(kd_script *script, kd_entity e); /* its watches begin anew */
 extern const script_function script_task_methods[], script_path_methods[];
+
+/* ---- input.c: what happens to the window ---- */
+extern const script_function script_callbacks[]; /* by kd_script_callback; no function to call */
+void script_run_inputs(lua_State *L);
+int script_key(lua_State *L);
 
 /* ---- query.c ---- */
 int script_query(lua_State *L);

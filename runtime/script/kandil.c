@@ -1,5 +1,5 @@
-/* The table `kandil` of a scenario. Its functions cannot be replaced; `kandil.update` alone is the scenario's
- * to set. */
+/* The table `kandil` of a scenario. Its functions cannot be replaced; those that the runtime calls
+ * (script_callbacks) are the scenario's to set. */
 #include "runtime/script/internal.h"
 
 #include <float.h>
@@ -157,6 +157,8 @@ const script_function script_functions[] = {
     {"path", script_path, "kandil.path { {x, y, z}, …, closed = false }", "a smooth curve through points"},
     {"follow", script_follow, "kandil.follow(e, path, seconds, { easing, loop, look_at })",
      "move an entity along a path at constant speed, or by an easing; returns a task"},
+    {"key", script_key, "kandil.key(\"space\")",
+     "whether a key or button of the mouse is held; never without a window"},
     {"log", kandil_log, "kandil.log(…)", "write a line; as print"},
     {NULL, NULL, NULL, NULL},
 };
@@ -166,7 +168,8 @@ static _Noreturn void unknown_member(lua_State *L, const char *key)
     kd_nearest near = kd_nearest_to(key);
     for (const script_function *f = script_functions; f->name; f++)
         kd_nearest_offer(&near, f->name);
-    kd_nearest_offer(&near, "update");
+    for (const script_function *f = script_callbacks; f->name; f++)
+        kd_nearest_offer(&near, f->name);
     if (near.best)
         luaL_error(L, "kandil.%s does not exist; did you mean kandil.%s?", key, near.best);
     luaL_error(L, "kandil.%s does not exist; `kandil help scenario` lists what does", key);
@@ -174,31 +177,34 @@ static _Noreturn void unknown_member(lua_State *L, const char *key)
         ; /* luaL_error never returns, but is not declared so */
 }
 
+/* Number of a function that the scenario may set; raises for any other name. */
+static int callback_at(lua_State *L, int index)
+{
+    const char *key = luaL_checkstring(L, index);
+    for (int i = 0; i < KD_SCRIPT_CALLBACK_COUNT; i++)
+        if (strcmp(key, script_callbacks[i].name) == 0)
+            return i;
+    unknown_member(L, key);
+}
+
 static int kandil_index(lua_State *L)
 {
-    const char *key = luaL_checkstring(L, 2);
-    if (strcmp(key, "update") == 0) {
-        lua_rawgeti(L, LUA_REGISTRYINDEX, script_of(L)->update);
-        return 1;
-    }
-    unknown_member(L, key);
+    lua_rawgeti(L, LUA_REGISTRYINDEX, script_of(L)->callbacks[callback_at(L, 2)]);
+    return 1;
 }
 
 static int kandil_newindex(lua_State *L)
 {
     kd_script *script = script_of(L);
-    const char *key = luaL_checkstring(L, 2);
-    if (strcmp(key, "update") != 0)
-        unknown_member(L, key);
+    int which = callback_at(L, 2);
     if (!lua_isnil(L, 3) && !lua_isfunction(L, 3))
-        return luaL_error(L,
-                          "kandil.update must be a function, not a %s; write function kandil.update(t, dt)",
-                          luaL_typename(L, 3));
-    luaL_unref(L, LUA_REGISTRYINDEX, script->update);
-    script->update = LUA_NOREF;
+        return luaL_error(L, "kandil.%s must be a function, not a %s; write %s … end",
+                          script_callbacks[which].name, luaL_typename(L, 3), script_callbacks[which].usage);
+    luaL_unref(L, LUA_REGISTRYINDEX, script->callbacks[which]);
+    script->callbacks[which] = LUA_NOREF;
     lua_settop(L, 3);
     if (!lua_isnil(L, 3))
-        script->update = luaL_ref(L, LUA_REGISTRYINDEX);
+        script->callbacks[which] = luaL_ref(L, LUA_REGISTRYINDEX);
     return 0;
 }
 

@@ -159,7 +159,8 @@ static kd_script *make(const kd_script_desc *desc)
         return NULL;
     script->world = desc->world;
     script->host = desc->host;
-    script->update = LUA_NOREF;
+    for (int i = 0; i < KD_SCRIPT_CALLBACK_COUNT; i++)
+        script->callbacks[i] = LUA_NOREF;
     script->budget.memory_limit = desc->memory_limit ? desc->memory_limit : (size_t)256 << 20;
     script->instruction_limit = desc->instruction_limit ? desc->instruction_limit : 50000000;
     script->time_limit_ns = (uint64_t)((desc->time_limit_s > 0 ? desc->time_limit_s : 5) * 1e9);
@@ -209,10 +210,11 @@ kd_status kd_script_load(const kd_script_desc *desc, kd_script **out)
 /* Time and length of the step are on the stack. */
 static int run_step(lua_State *L)
 {
+    script_run_inputs(L);
     script_run_due(L, lua_tonumber(L, 1));
-    if (script_of(L)->update == LUA_NOREF)
+    if (!kd_script_listens(script_of(L), KD_SCRIPT_UPDATE))
         return 0;
-    lua_rawgeti(L, LUA_REGISTRYINDEX, script_of(L)->update);
+    lua_rawgeti(L, LUA_REGISTRYINDEX, script_of(L)->callbacks[KD_SCRIPT_UPDATE]);
     lua_insert(L, 1);
     lua_call(L, 2, 0);
     return 0;
@@ -224,6 +226,16 @@ kd_status kd_script_step(kd_script *script, double time_s, double dt_s)
     lua_pushnumber(script->L, time_s);
     lua_pushnumber(script->L, dt_s);
     return call(script, 2);
+}
+
+uint32_t kd_script_file_count(const kd_script *script)
+{
+    return script->chunk_count;
+}
+
+const char *kd_script_file(const kd_script *script, uint32_t index)
+{
+    return script->chunks[index].path;
 }
 
 size_t kd_script_bytes(const kd_script *script)

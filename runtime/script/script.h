@@ -87,6 +87,24 @@ typedef struct kd_script_host {
     bool (*may_write)(void *user, const char *component, const char *field);
 } kd_script_host;
 
+/* ---- what it is told of a window ---- */
+
+typedef enum kd_script_callback {
+    KD_SCRIPT_UPDATE, /* every step; the others when there is a window */
+    KD_SCRIPT_ON_KEY,
+    KD_SCRIPT_ON_MOUSE,
+    KD_SCRIPT_ON_MOUSE_MOVE,
+    KD_SCRIPT_ON_SCROLL,
+    KD_SCRIPT_CALLBACK_COUNT
+} kd_script_callback;
+
+typedef struct kd_script_input {
+    kd_script_callback kind;
+    const char *name; /* of the key or button; static text */
+    bool down;
+    float x, y; /* of the pointer: 0 … 1 from the upper left; of the wheel: notches */
+} kd_script_input;
+
 /* ---- running one ---- */
 
 typedef struct kd_script_desc {
@@ -115,6 +133,16 @@ kd_status kd_script_load(const kd_script_desc *desc, kd_script **out);
  * kandil.update.
  *  Errors as kd_script_load; after one the script must not be stepped again. */
 kd_status kd_script_step(kd_script *script, double time_s, double dt_s);
+
+/** Tell whether the scenario has set this function of `kandil`. */
+bool kd_script_listens(const kd_script *script, kd_script_callback callback);
+/** Keep what happened for the next step, which begins by telling the scenario; of more than 256 between two steps
+ * the oldest are dropped. */
+void kd_script_push_input(kd_script *script, const kd_script_input *input);
+
+/** Files that it was read from: the scenario, then its modules. */
+uint32_t kd_script_file_count(const kd_script *script);
+const char *kd_script_file(const kd_script *script, uint32_t index);
 
 /** Bytes that the scenario holds. */
 size_t kd_script_bytes(const kd_script *script);

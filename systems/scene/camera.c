@@ -90,6 +90,9 @@ static void camera_run(kd_system_context *c)
             world = worlds[i].matrix;
         }
     }
+    const kd_free_camera *free_camera = kd_singleton(c->world, kd_free_camera);
+    if (free_camera->on)
+        world = free_camera->world;
     fill_view(kd_singleton(c->world, kd_view), &camera, &world, kd_singleton(c->world, kd_frame));
 }
 
@@ -120,7 +123,8 @@ kd_status scene_register_camera(kd_schedule *s)
                                               .phase = KD_PHASE_CULL,
                                               .where = KD_ON_CPU,
                                               .components = {KD_CHANGES(kd_view), KD_USES(kd_camera),
-                                                             KD_USES(kd_world_transform), KD_USES(kd_frame)},
+                                                             KD_USES(kd_world_transform), KD_USES(kd_free_camera),
+                                                             KD_USES(kd_frame)},
                                               .no_commands = true,
                                               .run = camera_run,
                                               .init = camera_init,

@@ -1,53 +1,10 @@
 /* GLFW under an X server that the test starts itself, so that no screen is needed and none is disturbed. */
 
 #include <dlfcn.h>
-#include <errno.h>
-#include <poll.h>
-#include <signal.h>
-#include <sys/types.h>
-#include <sys/wait.h>
 
 #include "context_use.h"
 #include "runtime/gpu/internal.h"
-
-static pid_t server;
-
-/* Start Xvfb on a free display and point DISPLAY at it. Returns false when there is no Xvfb. */
-static bool start_server(void)
-{
-    int ends[2];
-    char text[32] = ":", fd_text[16];
-    assert_int_equal(pipe(ends), 0);
-    server = fork();
-    if (server == 0) {
-        close(ends[0]);
-        if (!freopen("/dev/null", "w", stderr))
-            _exit(127);
-        snprintf(fd_text, sizeof fd_text, "%d", ends[1]);
-        /* Without -noreset the server starts anew when its last client leaves, and refuses the next
-         * meanwhile. */
-        execlp("Xvfb", "Xvfb", "-displayfd", fd_text, "-screen", "0", "640x480x24", "-nolisten", "tcp",
-               "-noreset", (char *)NULL);
-        _exit(127);
-    }
-    close(ends[1]);
-    size_t used = 1;
-    ssize_t got = 0;
-    struct pollfd wait = {.fd = ends[0], .events = POLLIN};
-    while (used < sizeof text - 1 && !strchr(text, '\n') && poll(&wait, 1, 20000) > 0 &&
-           (got = read(ends[0], text + used, sizeof text - 1 - used)) > 0)
-        used += (size_t)got;
-    close(ends[0]);
-    text[strcspn(text, "\n")] = '\0';
-    return used > 1 && setenv("DISPLAY", text, 1) == 0 && unsetenv("WAYLAND_DISPLAY") == 0;
-}
-
-static void stop_server(void)
-{
-    kill(server, SIGTERM);
-    while (waitpid(server, NULL, 0) < 0 && errno == EINTR) {
-    }
-}
+#include "tests/xvfb_fixture.h"
 
 static void hidden_window_is_used(void **state)
 {
@@ -120,12 +77,12 @@ int main(void)
         fprintf(stderr, "skipped: libglfw.so.3 is missing\n");
         return FIXTURE_SKIP;
     }
-    if (!start_server()) {
-        stop_server();
+    if (!xvfb_start("640x480x24")) {
+        xvfb_stop();
         fprintf(stderr, "skipped: Xvfb is missing or does not start\n");
         return FIXTURE_SKIP;
     }
     int failures = cmocka_run_group_tests(tests, NULL, NULL);
-    stop_server();
+    xvfb_stop();
     return failures;
 }

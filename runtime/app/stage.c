@@ -1,0 +1,136 @@
+#include "runtime/app/stage.h"
+
+#include <stdlib.h>
+
+#include "components/voxel_scene.h"
+#include "runtime/app/voxelize.h"
+#include "runtime/app/world_setup.h"
+#include "runtime/core/log.h"
+
+static kd_status load(app_stage *stage, const app_options *options)
+{
+    kd_status status = options->voxels ? app_voxel_file_open(&stage->voxels, options->voxels) : KD_OK;
+    if (status != KD_OK)
+        return status;
+    stage->world = kd_world_make();
+    if (!stage->world)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    if (options->voxels)
+        kd_singleton(stage->world, kd_voxel_scene)->given = &stage->voxels;
+    return app_scene_load(&stage->scene, stage->world, options);
+}
+
+kd_status app_stage_load(const app_options *options, kd_jobs *jobs, app_stage **out)
+{
+    app_stage *stage = calloc(1, sizeof *stage);
+    *out = NULL;
+    if (!stage)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    stage->options = options;
+    stage->jobs = jobs;
+    kd_status status = load(stage, options);
+    if (status == KD_OK)
+        *out = stage;
+    else
+        app_stage_close(stage);
+    return status;
+}
+
+static kd_status configure_schedule(app_stage *stage, const app_stage_desc *desc)
+{
+    const kd_settings *settings = &stage->scene.settings;
+    kd_schedule_set_step(stage->schedule, 1 / stage->scene.fps);
+    kd_schedule_randomize(stage->schedule, (uint64_t)settings->debug_shuffle);
+    kd_status status = kd_schedule_check(stage->schedule, settings->debug_access);
+    if (status == KD_OK && desc->timing != APP_TIMING_OFF)
+        status = kd_schedule_measure(stage->schedule, true);
+    return status;
+}
+
+static kd_status open_capture(app_stage *stage)
+{
+    const app_scene *scene = &stage->scene;
+    kd_status status = app_capture_open(stage->options, stage->world, stage->gpu, stage->jobs, scene->width,
+                                        scene->height, scene->fps, &stage->capture);
+    return status == KD_OK ? app_capture_import(stage->capture, stage->schedule) : status;
+}
+
+kd_status app_stage_open(app_stage *stage, const app_stage_desc *desc)
+{
+    stage->gpu = desc->gpu;
+    stage->schedule = kd_schedule_make(stage->world, stage->jobs, stage->gpu);
+    if (!stage->schedule)
+        return kd_fail(KD_NO_MEMORY, "out of memory");
+    kd_status status = app_import_systems(stage->schedule, stage->options->extension);
+    if (status == KD_OK && desc->captures)
+        status = open_capture(stage);
+    if (status == KD_OK)
+        status = app_timing_open(&stage->timing, &(app_timing_desc){.schedule = stage->schedule,
+                                                                    .gpu = stage->gpu,
+                                                                    .world = stage->world,
+                                                                    .jobs = stage->jobs,
+                                                                    .mode = desc->timing,
+                                                                    .trace = desc->trace});
+    if (status == KD_OK)
+        status = kd_schedule_init(stage->schedule);
+    return status == KD_OK ? configure_schedule(stage, desc) : status;
+}
+
+/* ---- frames ---- */
+
+static kd_status run_systems(app_stage *stage)
+{
+    kd_status status = kd_schedule_run(stage->schedule);
+    app_timing_section(&stage->timing, APP_ROW_END, true);
+    if (status == KD_OK && kd_gpu_failed(stage->gpu))
+        status = KD_GPU;
+    if (status == KD_OK && stage->capture)
+        status = app_capture_status(stage->capture);
+    kd_gpu_end_frame(stage->gpu);
+    app_timing_frame_end(&stage->timing);
+    return status;
+}
+
+kd_status app_stage_frame(app_stage *stage, uint64_t index)
+{
+    app_timing_frame_begin(&stage->timing);
+    app_timing_section(&stage->timing, APP_ROW_SCENARIO, true);
+    kd_status status = app_scene_step(&stage->scene, index);
+    app_timing_section(&stage->timing, APP_ROW_SCENARIO, false);
+    return status == KD_OK ? run_systems(stage) : status;
+}
+
+kd_status app_stage_again(app_stage *stage, uint64_t index)
+{
+    kd_schedule_set_step(stage->schedule, 0);
+    app_scene_show(&stage->scene, index);
+    kd_singleton(stage->world, kd_frame)->dt_s = 0;
+    app_timing_frame_begin(&stage->timing);
+    kd_status status = run_systems(stage);
+    kd_schedule_set_step(stage->schedule, 1 / stage->scene.fps);
+    return status;
+}
+
+void app_stage_enable_gpu(app_stage *stage, bool enabled)
+{
+    for (uint32_t i = 0; i < kd_schedule_count(stage->schedule); i++) {
+        const kd_system_desc *system = kd_schedule_system(stage->schedule, i);
+        if (system->where == KD_ON_GPU)
+            kd_schedule_enable(stage->schedule, system->name, enabled);
+    }
+}
+
+void app_stage_close(app_stage *stage)
+{
+    if (!stage)
+        return;
+    app_capture_close(stage->capture);
+    if (stage->schedule)
+        kd_schedule_destroy(stage->schedule);
+    app_timing_close(&stage->timing);
+    app_scene_fini(&stage->scene);
+    if (stage->world)
+        kd_world_destroy(stage->world);
+    kd_voxel_file_close(&stage->voxels);
+    free(stage);
+}
