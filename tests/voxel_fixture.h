@@ -14,10 +14,14 @@
 #include "runtime/gpu/gpu.h"
 #include "shaders/shared/bindings.h"
 #include "systems/animation/animation.h"
+#include "systems/cone_trace/cone_trace.h"
+#include "systems/debug_view/debug_view.h"
+#include "systems/deferred/deferred.h"
 #include "systems/deform/deform.h"
 #include "systems/hierarchy/hierarchy.h"
 #include "systems/bounce/bounce.h"
 #include "systems/lighting/lighting.h"
+#include "systems/resolve/resolve.h"
 #include "systems/scene/scene.h"
 #include "systems/shadow/shadow.h"
 #include "systems/svo/reference.h"
@@ -70,7 +74,8 @@ typedef struct voxel_options {
     uint32_t resolution, cascades; /* 0: 128, 1 */
     float span;                    /* m; 0: 0.02 */
     bool one_layer;
-    bool lit; /* with lights and injection, so that leaves hold radiance */
+    bool lit;      /* with lights and injection, so that leaves hold radiance */
+    bool pictures; /* and with all that makes a picture */
 } voxel_options;
 
 static inline void voxel_barrier(void *user, kd_gpu *gpu, uint32_t uses)
@@ -80,7 +85,7 @@ static inline void voxel_barrier(void *user, kd_gpu *gpu, uint32_t uses)
         kd_gpu_barrier(gpu, 1023);
 }
 
-static inline void voxel_import(kd_schedule *s, bool lit)
+static inline void voxel_import(kd_schedule *s, bool lit, bool pictures)
 {
     kd_status (*const imports[])(kd_schedule *) = {
         kd_scene_import,       kd_animation_import,     kd_hierarchy_import,
@@ -92,6 +97,12 @@ static inline void voxel_import(kd_schedule *s, bool lit)
         assert_int_equal(kd_shadow_import(s), KD_OK);
         assert_int_equal(kd_lighting_import(s), KD_OK);
         assert_int_equal(kd_bounce_import(s), KD_OK);
+    }
+    if (pictures) {
+        assert_int_equal(kd_deferred_import(s), KD_OK);
+        assert_int_equal(kd_cone_trace_import(s), KD_OK);
+        assert_int_equal(kd_debug_view_import(s), KD_OK);
+        assert_int_equal(kd_resolve_import(s), KD_OK);
     }
 }
 
@@ -112,7 +123,7 @@ static inline voxel_world voxel_open(voxel_options options)
     v.schedule = kd_schedule_make(v.world, NULL, voxel_gpu);
     assert_non_null(v.schedule);
     kd_schedule_set_hooks(v.schedule, &(kd_schedule_hooks){.barrier = voxel_barrier});
-    voxel_import(v.schedule, options.lit);
+    voxel_import(v.schedule, options.lit || options.pictures, options.pictures);
     if (kd_schedule_init(v.schedule) != KD_OK)
         fail_msg("init: %s", voxel_warnings);
     v.camera = kd_spawn(v.world, KD_VAL(kd_camera, {.fov_y = 0.8f, .z_near = 0.05f, .z_far = 200}),

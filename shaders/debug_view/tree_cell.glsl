@@ -25,10 +25,23 @@ cell_place cell_at(int k, int lod, vec3 p_ws)
 
 vec3 cell_low(cell_place at) { return tree.cascade[at.cascade].xyz + vec3(at.cell) * at.edge; }
 
+// One direction of a dense cell, or of one above the outermost cascade; layout: KD_ATLAS_BLOCK in shaders/shared/voxel.h.
+vec4 dense_fetch(cell_place at, int direction)
+{
+    int mip = at.level - KD_SPARSE_LEVELS;
+    if (mip == 0)
+        return texelFetch(tree_atlas, tree_wrap(at.cascade, at.level, at.cell) +
+                                          ivec3(0, 0, (at.cascade * 6 + direction) * KD_ATLAS_BLOCK + 1), 0);
+    int first = tree_cascades() * 6 * KD_ATLAS_BLOCK + direction * (KD_DENSE / 2);
+    return texelFetch(tree_atlas, at.cell + ivec3(0, KD_DENSE - (2 * KD_DENSE >> mip), first), 0);
+}
+
 // (tau S, tau) along its own edge, as a ray along `direction` sees it.
 vec4 cell_seen(cell_place at, vec3 direction)
 {
     if (at.level < KD_SPARSE_LEVELS)
         return tree_fetch_sparse(at.cascade, at.level, at.cell, direction);
-    return tree_sample_dense(at.cascade, at.level - KD_SPARSE_LEVELS, cell_low(at) + 0.5 * at.edge, direction);
+    vec3 weight = abs(direction);
+    return weight.x * dense_fetch(at, direction.x < 0.0 ? 1 : 0) + weight.y * dense_fetch(at, direction.y < 0.0 ? 3 : 2) +
+           weight.z * dense_fetch(at, direction.z < 0.0 ? 5 : 4);
 }

@@ -20,6 +20,15 @@ struct pixel_rect {
     ivec2 low, size;
 };
 
+// Is all of a box beyond one side of the view? In clip space, so that boxes beside or behind the eye are told too.
+bool outside(vec4 c, vec4 x, vec4 y, vec4 z)
+{
+    vec2 low = c.w + c.xy + abs(x.w + x.xy) + abs(y.w + y.xy) + abs(z.w + z.xy);
+    vec2 high = c.w - c.xy + abs(x.w - x.xy) + abs(y.w - y.xy) + abs(z.w - z.xy);
+    float front = c.w + c.z + abs(x.w + x.z) + abs(y.w + y.z) + abs(z.w + z.z);
+    return any(lessThan(low, vec2(0.0))) || any(lessThan(high, vec2(0.0))) || front < 0.0;
+}
+
 // Pixels whose centres the box may cover: all of them when it reaches behind the eye.
 pixel_rect box_rect(voxel_box box)
 {
@@ -28,7 +37,7 @@ pixel_rect box_rect(voxel_box box)
     vec4 x = m * vec4(box.axes[0], 0.0), y = m * vec4(box.axes[1], 0.0), z = m * vec4(box.axes[2], 0.0);
     float reach = abs(x.w) + abs(y.w) + abs(z.w);
     vec2 size = vec2(params.view.xy), low = vec2(1e9), high = vec2(-1e9);
-    if (c.w + reach <= 0.0)
+    if (outside(c, x, y, z))
         return pixel_rect(ivec2(0), ivec2(0));
     if (c.w - reach <= 1e-5)
         return pixel_rect(ivec2(0), ivec2(params.view.xy));

@@ -269,6 +269,25 @@ static void targets_follow_the_size(void **state)
     }
 }
 
+/* Light arrives alike at black, white and polished surfaces: a sun of 3 lx straight down gives 3 / pi. */
+static void light_is_shown_without_what_it_falls_on(void **state)
+{
+    render *r = *state;
+    kd_material_desc materials[3] = {render_matte(0.02f), render_matte(0.9f), render_matte(0.5f)};
+    materials[2].metallic = 1;
+    materials[2].roughness = 0.2f;
+    for (int i = 0; i < 3; i++)
+        render_shape(r, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &materials[i],
+                     (kd_vec3){1.2f * (float)(i - 1), 0, 0}, RENDER_UPRIGHT, RENDER_UNIT);
+    render_top_camera(r, 2);
+    render_light(r, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 3, .no_shadow = true},
+                 (kd_vec3){0, 5, 0}, (kd_vec3){0, -1, 0});
+    show(r, KD_VIEW_LIGHT, "light");
+    for (uint32_t i = 0; i < 3; i++)
+        render_expect(r, 80 + 36 * (i - 1), 60, (kd_vec3){3 / PI, 3 / PI, 3 / PI}, 0.01f);
+    render_expect(r, 2, 2, (kd_vec3){0, 0, 0}, 0); /* background */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -281,6 +300,7 @@ int main(void)
         RENDER_TEST(mask_texels_are_holes_in_picture_and_shadow),
         RENDER_TEST(normal_map_leans_along_tangent_and_bitangent),
         RENDER_TEST(targets_follow_the_size),
+        RENDER_TEST(light_is_shown_without_what_it_falls_on),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -57,20 +57,21 @@ static void size_changes_only_the_sampling(void **state)
 
 static void every_view_shows_something(void **state)
 {
-    static const char *const views[] = {"final",  "direct", "indirect", "ao",    "specular",
-                                        "albedo", "normal", "depth",    "octree"};
-    image pictures[9];
+    static const char *const views[] = {"final",  "direct", "indirect", "ao",     "specular", "albedo",
+                                        "normal", "depth",  "light",    "caches", "octree",   "cost"};
+    enum { COUNT = sizeof views / sizeof *views };
+    image pictures[COUNT];
     (void)state;
-    for (size_t i = 0; i < 9; i++) {
+    for (size_t i = 0; i < COUNT; i++) {
         pictures[i] = render("96x54", views[i], "view.png");
         if (image_is_constant(pictures[i]))
             fail_msg("view %s is of one colour", views[i]);
     }
-    for (size_t i = 0; i < 9; i++)
+    for (size_t i = 0; i < COUNT; i++)
         for (size_t k = 0; k < i; k++)
             if (image_difference(pictures[i], pictures[k]).mean < 1e-3)
                 fail_msg("views %s and %s show the same", views[i], views[k]);
-    for (size_t i = 0; i < 9; i++)
+    for (size_t i = 0; i < COUNT; i++)
         image_free(&pictures[i]);
 }
 
@@ -100,6 +101,36 @@ static void views_show_what_they_say(void **state)
     image_free(&final);
 }
 
+/* Text of the statistics of a frame. */
+static char *statistics(const char *setting)
+{
+    void *text;
+    size_t size;
+    image_render(image_scenario("things.lua", scene), "--frames", "1", "--size", "32x18", "--set", setting,
+                 "--stats", image_path("stats.json"));
+    assert_int_equal(kd_file_read(image_path("stats.json"), KD_FILE_NO_LIMIT, &text, &size), KD_OK);
+    return text;
+}
+
+static void statistics_hold_the_samples_of_cones_that_were_counted(void **state)
+{
+    (void)state;
+    char *counted = statistics("cones.counters=on"), *plain = statistics("cones.counters=off");
+    const char *cones = strstr(counted, "\"cones\": {"), *each = cones;
+    uint64_t of_all = 0, samples = 0;
+    int count = 0;
+    assert_non_null(cones);
+    assert_null(strstr(plain, "\"cones\": {"));
+    for (; (each = strstr(each, "\"samples\": ")) != NULL; each++, count++) {
+        samples = strtoull(each + strlen("\"samples\": "), NULL, 10);
+        of_all = count == 0 ? samples : of_all - samples;
+    }
+    assert_int_equal(count, 1 + 6 + 1); /* all, six diffuse ones, the glossy one */
+    assert_int_equal(of_all, 0);
+    free(counted);
+    free(plain);
+}
+
 static void the_octree_has_levels(void **state)
 {
     (void)state;
@@ -121,6 +152,7 @@ int main(void)
         cmocka_unit_test(size_changes_only_the_sampling),
         cmocka_unit_test(every_view_shows_something),
         cmocka_unit_test(views_show_what_they_say),
+        cmocka_unit_test(statistics_hold_the_samples_of_cones_that_were_counted),
         cmocka_unit_test(the_octree_has_levels),
     };
     return cmocka_run_group_tests(tests, image_setup, image_teardown);
