@@ -28,9 +28,11 @@ typedef struct kd_svo {
     uint32_t node_capacity;                  /* nodes a level: stride of nodes, data and parts of the book */
     uint32_t sum_capacity, dynamic_capacity; /* cells */
     uint32_t dynamic_room;                   /* dynamic cells that are in use; ranks beyond have no cell */
-    bool failed;                             /* no memory for it: there is no indirect light */
-    uint32_t current;                        /* which of the two level masks is this frame's */
-    struct kd_svo_places places;             /* in the book */
+    uint32_t fresh_words;        /* room in `fresh`: words of its mask, and where its ranks begin */
+    uint64_t most_bytes;         /* of any one buffer that grows */
+    bool failed;                 /* no memory for it: there is no indirect light */
+    uint32_t current;            /* which of the two level masks is this frame's */
+    struct kd_svo_places places; /* in the book */
 
     kd_gpu_buffer uniform;          /* "tree.uniform": kd_tree_params */
     kd_gpu_buffer masks;            /* "svo.masks": leaf cells, static layer then dynamic layer */

@@ -105,6 +105,7 @@ static void put_voxels(kd_json *j, kd_world *w)
     put_uint(j, "resident", tree->resident_voxels);
     put_uint(j, "static", tree->static_voxels);
     put_uint(j, "dynamic", tree->dynamic_voxels);
+    put_uint(j, "leaves", tree->leaf_cells);
     kd_json_key(j, "cascades");
     kd_json_array_begin(j);
     for (uint32_t c = 0; c < tree->cascade_count; c++) {
@@ -161,6 +162,19 @@ static void put_cones(kd_json *j, kd_world *w, kd_gpu *gpu)
     kd_json_object_end(j);
 }
 
+/* Bytes by name of what is alive on the GPU's side, largest first. */
+static void put_buffers(kd_json *j, const kd_gpu *gpu)
+{
+    enum { ROWS = 128 };
+    kd_gpu_memory_row rows[ROWS];
+    uint32_t count = kd_gpu_memory(gpu, rows, ROWS);
+    kd_json_key(j, "buffers");
+    kd_json_object_begin(j);
+    for (uint32_t i = 0; i < count; i++)
+        put_uint(j, rows[i].name, rows[i].bytes);
+    kd_json_object_end(j);
+}
+
 static void put_rest(kd_json *j, const kd_gpu *gpu)
 {
     struct rusage usage = {0};
@@ -171,6 +185,7 @@ static void put_rest(kd_json *j, const kd_gpu *gpu)
     kd_json_object_begin(j);
     put_uint(j, "gpu_bytes", kd_gpu_bytes(gpu));
     put_uint(j, "cpu_peak_bytes", (uint64_t)usage.ru_maxrss * 1024);
+    put_buffers(j, gpu);
     kd_json_object_end(j);
     kd_json_key(j, "warnings");
     kd_json_array_begin(j);

@@ -73,6 +73,8 @@ typedef enum kd_setting_type {
       "keep static voxels apart, or rebuild all")                                                            \
     X(ENUM, svo, build, KD_SVO_BUILD_ORDERFREE, 0, 2, build_words, NULL,                                     \
       "how the octree is made; atomic and levels rebuild all in every frame")                                \
+    X(I32, svo, memory, 0, 0, 65536, NULL, "MiB",                                                            \
+      "most memory of one array of the octree; 0: what the driver binds")                                    \
     X(I32, cones, count, 6, 3, 16, NULL, NULL, "diffuse cones a pixel")                                      \
     X(F32, cones, aperture_deg, 60, 10, 120, NULL, "deg", "full opening angle of a diffuse cone")            \
     X(F32, cones, step, 0.5f, 0.1, 2, NULL, "diameters", "step along a cone")                                \

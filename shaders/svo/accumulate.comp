@@ -7,7 +7,7 @@ layout(local_size_x = 128) in;
 #include "shaders/include/rank.glsl"
 #include "shaders/include/cell_sums.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: segment slots, y: capacity of the sums
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: first cell of this round, y: cells of it
 layout(std430, binding = 0) readonly buffer segments_block { kd_voxel_segment segments[]; };
 layout(std430, binding = 1) readonly buffer objects_block { kd_voxel_object_params objects[]; };
 layout(std430, binding = 2) readonly buffer shape_block { uvec2 shape[]; };
@@ -33,7 +33,7 @@ void main()
     for (uint corners = splat_corners(s, c); corners != 0u; corners &= corners - 1u) {
         uint k = uint(findLSB(corners)), bit = first + morton_encode(cell_wrap(c, splat_cell(s, k)));
         uint rank = rank_below(ranks[bit >> 5], mask[bit >> 5], bit);
-        if (rank < pass.y)
-            sums_add(rank, splat_weight(s, k), v);
+        if (rank - pass.x < pass.y)
+            sums_add(rank - pass.x, splat_weight(s, k), v);
     }
 }

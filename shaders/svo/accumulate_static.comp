@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/rank.glsl"
 #include "shaders/include/cell_sums.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: capacity of the sums, y: first rank
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: first cell of this round, y: cells of it, z: where the ranks begin
 layout(std430, binding = 5) readonly buffer color_block { uint color[]; };
 layout(std430, binding = 6) readonly buffer fresh_block { uint fresh[]; }; // mask, then ranks
 
@@ -25,8 +25,8 @@ void main()
         uint k = uint(findLSB(corners)), bit = first + morton_encode(cell_wrap(c, splat_cell(r.place, k)));
         if (!stale_brick(bit >> (3u * tree.info.w)))
             continue;
-        uint at = stale_place(bit), rank = rank_below(fresh[pass.y + (at >> 5)], fresh[at >> 5], at);
-        if (rank < pass.x)
-            sums_add(rank, splat_weight(r.place, k), v);
+        uint at = stale_place(bit), rank = rank_below(fresh[pass.z + (at >> 5)], fresh[at >> 5], at);
+        if (rank - pass.x < pass.y)
+            sums_add(rank - pass.x, splat_weight(r.place, k), v);
     }
 }

@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/rank.glsl"
 #include "shaders/include/cell_pack.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: capacity of the sums, y: first rank, z: level of the leaf parents
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: first cell of this round, y: cells of it, z: where the ranks begin, w: level of the leaf parents
 layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
 layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
 layout(std430, binding = 2) readonly buffer fresh_block { uint fresh[]; }; // mask, then ranks
@@ -24,13 +24,13 @@ void main()
     uint number = book[places.others.w + entry];
     if (number == KD_EMPTY)
         return;
-    uint code = book[places.codes[pass.z] + number];
-    if (!stale_brick(code >> (3u * pass.z)))
+    uint code = book[places.codes[pass.w] + number];
+    if (!stale_brick(code >> (3u * pass.w)))
         return;
-    uint at = stale_place(code * 8u + k), word = fresh[at >> 5], rank = rank_below(fresh[pass.y + (at >> 5)], word, at);
-    if ((word >> (at & 31u) & 1u) == 0u)
+    uint at = stale_place(code * 8u + k), word = fresh[at >> 5], rank = rank_below(fresh[pass.z + (at >> 5)], word, at);
+    if ((word >> (at & 31u) & 1u) == 0u || rank - pass.x >= pass.y)
         return;
-    uvec4 cell = rank < pass.x ? cell_attributes_of(rank) : uvec4(0u);
+    uvec4 cell = cell_attributes_of(rank - pass.x);
     surface[number * 8u + k] = cell.xy;
     emission[number * 8u + k] = cell.zw;
 }

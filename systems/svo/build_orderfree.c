@@ -6,9 +6,7 @@
 void svo_build_orderfree(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     svo_build_dynamic(gpu, state, svo, scene);
-    if (scene->static_changed)
-        svo_sum_static(gpu, state, svo, scene);
     svo_build_nodes(gpu, state, svo, scene);
     if (scene->static_changed)
-        svo_pack_static(gpu, state, svo, scene);
+        svo_build_static(gpu, state, svo, scene);
 }

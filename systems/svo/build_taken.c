@@ -76,26 +76,21 @@ static void make_once(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
     finish(gpu, state, svo);
 }
 
-/* Room for nodes and cells; less than that is what there is. */
-static void reserve(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene, uint64_t nodes, uint64_t cells)
+/* Room for nodes and cells, or for as many as there may be. */
+static void reserve(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, uint64_t nodes,
+                    uint64_t cells)
 {
-    uint64_t most = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes;
-    uint64_t most_nodes = most / (8 * 8), most_cells = most / (KD_SUM_WORDS * 4);
-    if (nodes > most_nodes)
-        nodes = most_nodes;
-    if (cells > most_cells)
-        cells = most_cells;
-    if (svo_reserve_nodes(gpu, svo, (uint32_t)nodes) != KD_OK ||
-        svo_reserve_sums(gpu, svo, (uint32_t)cells) != KD_OK)
-        kd_log(KD_LOG_WARNING, "octree: no room for %llu nodes and %llu cells; some voxels are left out",
-               (unsigned long long)nodes, (unsigned long long)cells);
+    uint64_t most_nodes = svo_most_nodes(svo), most_cells = svo->most_bytes / (KD_SUM_WORDS * 4);
+    state->nodes.wanted = (uint32_t)(nodes < most_nodes ? nodes : most_nodes);
+    state->sums.wanted = (uint32_t)(cells < most_cells ? cells : most_cells);
+    svo_reserve_nodes(gpu, svo, state->nodes.wanted);
+    svo_reserve_sums(gpu, svo, state->sums.wanted);
     svo->dynamic_room = svo->sum_capacity;
     svo_write_params(gpu, svo, scene);
 }
 
-/* Twice the room where there was too little, once for each time; false when all had room, or no more is to be
- * had. */
-static bool grow(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
+/* Twice the room where there was too little; false when all had room, or no more is to be had. */
+static bool grow(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t nodes = svo->node_capacity, cells = svo->dynamic_room;
     bool short_of_nodes = false;
@@ -104,8 +99,15 @@ static bool grow(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
     bool short_of_cells = svo_read_counter(gpu, svo, KD_COUNT_FRESH) > cells;
     if (!short_of_nodes && !short_of_cells)
         return false;
-    reserve(gpu, svo, scene, short_of_nodes ? 2ull * nodes : nodes, short_of_cells ? 2ull * cells : cells);
-    return svo->node_capacity > nodes || svo->dynamic_room > cells;
+    reserve(gpu, state, svo, scene, short_of_nodes ? 2ull * nodes : nodes,
+            short_of_cells ? 2ull * cells : cells);
+    if (svo->node_capacity > nodes || svo->dynamic_room > cells)
+        return true;
+    svo_say_once(state, SVO_SAID_TAKEN,
+                 "octree: more than %u nodes or %u cells find no room; what comes last is left out; raise "
+                 "svo.memory or voxels.span",
+                 nodes, cells);
+    return false;
 }
 
 void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, svo_build *fill)
@@ -113,9 +115,9 @@ void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
     svo->current ^= 1;
     if (pages->changed) /* surfaces share two to three cells a voxel in any pose, and up to one leaf parent */
-        reserve(gpu, svo, scene, pages->voxel_count + 1024, 3 * pages->voxel_count + 1024);
+        reserve(gpu, state, svo, scene, pages->voxel_count + 1024, 3 * pages->voxel_count + 1024);
     do {
         svo_empty_nodes(gpu, state, svo);
         make_once(gpu, state, svo, scene, fill);
-    } while (pages->changed && grow(gpu, svo, scene));
+    } while (pages->changed && grow(gpu, state, svo, scene));
 }

@@ -4,6 +4,7 @@
 #include "components/render_targets.h"
 #include "components/svo.h"
 #include "components/voxel_scene.h"
+#include "runtime/core/log.h"
 #include "runtime/ecs/system.h"
 #include "runtime/gpu/rank.h"
 
@@ -27,6 +28,8 @@ typedef enum svo_program {
     SVO_FILTER_DENSE,
     SVO_FILTER_UP,
     SVO_ABOVE_LIST,
+    SVO_RENUMBER,
+    SVO_MOVE,
     SVO_FILTER_ABOVE,
     SVO_TAKEN, /* from here on: builds in which nodes take numbers, compiled when one is chosen */
     SVO_TAKEN_ADD = SVO_TAKEN,
@@ -38,6 +41,20 @@ typedef enum svo_program {
     SVO_PROGRAM_COUNT
 } svo_program;
 
+/* Messages that are written once. */
+enum { SVO_SAID_SUMS = 1, SVO_SAID_DYNAMIC = 2, SVO_SAID_NODES = 4, SVO_SAID_TAKEN = 8 };
+#define svo_say_once(state, what, ...)                                                                       \
+    do {                                                                                                     \
+        if (!((state)->said & (uint32_t)(what)))                                                             \
+            kd_log(KD_LOG_WARNING, __VA_ARGS__);                                                             \
+        (state)->said |= (uint32_t)(what);                                                                   \
+    } while (0)
+
+/* How much of a buffer that grows is wanted, and for how many runs that has been less than half of it. */
+typedef struct svo_room {
+    uint32_t wanted, quiet;
+} svo_room;
+
 /* Shared by the systems of this folder: programs and what is known of the counts. */
 typedef struct svo_state {
     kd_gpu_program programs[SVO_PROGRAM_COUNT];
@@ -47,6 +64,8 @@ typedef struct svo_state {
     kd_gpu_texture cache_views[3]; /* shape and colour of voxels, objects: for builds that take numbers */
     uint32_t cache_viewed[3];
     bool dynamic_before; /* there were dynamic voxels in the frame before */
+    uint32_t said;       /* SVO_SAID_*: messages that were written */
+    svo_room nodes, sums, fresh, dynamic;
     uint64_t bytes_build;
 } svo_state;
 
@@ -62,6 +81,16 @@ kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes);
 kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
 kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
 
+/** Make room for the masks of so many words of stale patches. */
+kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words);
+
+/** Give back what has been more than half spare for a while (give_back.c). Before the frame's lists begin. */
+void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+
+/** Places of everything that depends on the number of nodes; returns the size of the book in words. */
+uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *places, uint32_t nodes);
+size_t svo_fixed_book_bytes(const kd_svo *svo);
+
 /** Write the uniform block for where the cascades stand now. */
 void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene);
 
@@ -76,6 +105,13 @@ void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxe
 static inline uint32_t svo_levels(const kd_svo *svo)
 {
     return svo->leaf_level - KD_DENSE_LOG2;
+}
+
+/** Nodes of one level for which there may be room: the leaves are the largest of the arrays, with 64 bytes
+ * for the eight of a node. */
+static inline uint32_t svo_most_nodes(const kd_svo *svo)
+{
+    return (uint32_t)(svo->most_bytes / 64) / 32 * 32;
 }
 
 /** Write indirect arguments: groups of 64 over `factor` times a counter. */
@@ -104,8 +140,7 @@ void svo_add_taken(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_vo
 /* layers.c: cells of each layer */
 void svo_empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells);
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
-void svo_sum_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
-void svo_pack_static(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene);
+void svo_build_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
 /* nodes.c: levels above the cells */
 void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);

@@ -49,6 +49,8 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_TRANSIENT * 4,
                        (KD_COUNT_TRANSIENT_END - KD_COUNT_TRANSIENT) * 4, 0);
+    if (scene->moved) /* what is above the outermost cascade is counted from its corner */
+        kd_gpu_fill_buffer(gpu, svo->counters, (KD_COUNT_UP + svo->cascades) * 4, 4, 1);
     kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.others.y * 4, dense_bytes(svo), 0);
     if (svo_levels(svo) > 1)
         kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.changed.y * 4,
@@ -158,23 +160,25 @@ static void change_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint3
  * dynamic layer gets room for every pose, as with cells. */
 static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    bool counted = scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed;
-    if (!counted)
+    if (!scene->static_changed && !scene->pages[KD_LAYER_DYNAMIC].changed)
         return;
     uint32_t top = svo_levels(svo) - 1;
     rank(gpu, state, svo, svo->level_masks[svo->current], svo->mask_first[top], svo->mask_words[top],
          KD_COUNT_NEED);
-    uint32_t want = svo_read_counter(gpu, svo, KD_COUNT_NEED) + 1024;
-    want += (uint32_t)scene->pages[KD_LAYER_DYNAMIC].voxel_count;
-    uint64_t most = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / (8 * 8);
-    if (want <= svo->node_capacity)
-        return;
-    want += want / 4;
-    want = want < most ? want : (uint32_t)most;
-    if (svo_reserve_nodes(gpu, svo, want) != KD_OK)
-        kd_log(KD_LOG_WARNING, "octree: no room for %u nodes; some voxels are left out", want);
-    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
-    svo_write_params(gpu, svo, scene);
+    uint32_t counted = svo_read_counter(gpu, svo, KD_COUNT_NEED), most = svo_most_nodes(svo);
+    uint64_t want = (uint64_t)counted + 1024 + scene->pages[KD_LAYER_DYNAMIC].voxel_count;
+    state->nodes.wanted = want < most ? (uint32_t)want : most;
+    if (state->nodes.wanted > svo->node_capacity) {
+        want += want / 4;
+        svo_reserve_nodes(gpu, svo, want < most ? (uint32_t)want : most);
+        kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
+        svo_write_params(gpu, svo, scene);
+    }
+    if (counted > svo->node_capacity)
+        svo_say_once(state, SVO_SAID_NODES,
+                     "octree: room for %u of %u nodes; those of the outermost cascade "
+                     "stay away; raise svo.memory or voxels.span",
+                     svo->node_capacity, counted);
 }
 
 /* Numbers of the touched leaf parents, from the list of words that the merge left. */

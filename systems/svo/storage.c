@@ -33,15 +33,14 @@ static void place_cells(kd_svo *svo)
     p->list.x = p->words.w + svo->layer_words / 8;
 }
 
-static uint32_t fixed_words(const kd_svo *svo)
+size_t svo_fixed_book_bytes(const kd_svo *svo)
 {
-    return svo->places.list.x + svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE;
+    return 4 * ((size_t)svo->places.list.x + svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE);
 }
 
-/* Places of what does; returns the size of the book in words. */
-static uint32_t place_nodes(const kd_svo *svo, struct kd_svo_places *p, uint32_t nodes)
+uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, uint32_t nodes)
 {
-    uint32_t at = fixed_words(svo), levels = svo_levels(svo);
+    uint32_t at = (uint32_t)(svo_fixed_book_bytes(svo) / 4), levels = svo_levels(svo);
     uint32_t *codes = &p->codes.x, *stack = &p->free.x, *list = &p->list.x, *changed = &p->changed.x;
     p->size.x = nodes;
     p->others.w = at;
@@ -68,7 +67,6 @@ static kd_status make_buffers(kd_gpu *gpu, kd_svo *svo, uint32_t level_words)
         {&svo->uniform, sizeof(struct kd_tree_params), "tree.uniform"},
         {&svo->masks, 2 * layer, "svo.masks"},
         {&svo->ranks, layer, "svo.ranks"},
-        {&svo->fresh, 2 * layer, "svo.fresh"},
         {&svo->level_masks[0], (size_t)level_words * 4, "svo.level_masks"},
         {&svo->level_masks[1], (size_t)level_words * 4, "svo.level_masks"},
         {&svo->touched, 2 * top, "svo.touched"},
@@ -114,6 +112,8 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
     status = svo_reserve_nodes(gpu, svo, 4096);
     if (!status)
         status = svo_reserve_sums(gpu, svo, 4096);
+    if (!status)
+        status = svo_reserve_fresh(gpu, svo, 4096);
     return status ? status : svo_reserve_dynamic(gpu, svo, 4096);
 }
 
@@ -179,7 +179,7 @@ static kd_status grow_stack(kd_gpu *gpu, const kd_svo *svo, const struct kd_svo_
 
 static kd_status grow_book(kd_gpu *gpu, const kd_svo *svo, const struct kd_svo_places *p, kd_gpu_buffer book)
 {
-    size_t old = (size_t)svo->node_capacity * 4, fixed = (size_t)fixed_words(svo) * 4;
+    size_t old = (size_t)svo->node_capacity * 4, fixed = svo_fixed_book_bytes(svo);
     kd_status status = KD_OK;
     kd_gpu_fill_buffer(gpu, book, 0, kd_gpu_buffer_size(gpu, book), 0);
     if (old)
@@ -201,7 +201,7 @@ kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes)
         return KD_OK;
     size_t levels = svo_levels(svo), inner = levels > 1 ? levels - 1 : 1, old = svo->node_capacity;
     struct kd_svo_places places = svo->places;
-    size_t book_bytes = (size_t)place_nodes(svo, &places, nodes) * 4;
+    size_t book_bytes = (size_t)svo_place_nodes(svo, &places, nodes) * 4;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_buffer *held[] = {&svo->leaves, &svo->static_surface, &svo->static_emission,
                              &svo->nodes,  &svo->data,           &svo->book};
@@ -243,9 +243,12 @@ static kd_status reserve(kd_gpu *gpu, kd_gpu_buffer *buffer, uint32_t *capacity,
 
 kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells)
 {
-    if ((uint64_t)cells * KD_SUM_WORDS * 4 > (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes)
-        return KD_TOO_LARGE;
     return reserve(gpu, &svo->sums, &svo->sum_capacity, cells, KD_SUM_WORDS * 4, "svo.sums");
+}
+
+kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words)
+{
+    return reserve(gpu, &svo->fresh, &svo->fresh_words, words, 8, "svo.fresh");
 }
 
 kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells)

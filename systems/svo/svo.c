@@ -30,6 +30,8 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_FILTER_DENSE] = "shaders/svo/filter_dense.comp",
     [SVO_FILTER_UP] = "shaders/svo/filter_up.comp",
     [SVO_ABOVE_LIST] = "shaders/svo/above_list.comp",
+    [SVO_RENUMBER] = "shaders/svo/renumber.comp",
+    [SVO_MOVE] = "shaders/svo/move.comp",
     [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
     [SVO_TAKEN_ADD] = "shaders/svo/taken_add.comp",
     [SVO_TAKEN_MARK] = "shaders/svo/taken_mark.comp",
@@ -55,8 +57,11 @@ static bool compile(kd_gpu *gpu, svo_state *state, int first, int end, bool atom
 }
 
 /* Buffers, and the programs of the build that was chosen. */
-static kd_status make(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+static kd_status make(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
+                      const kd_settings *settings)
 {
+    int64_t most = kd_gpu_get_info(gpu)->max_ssbo_bytes, set = (int64_t)settings->svo_memory << 20;
+    svo->most_bytes = (uint64_t)(set && set < most ? set : most);
     kd_status status = svo_make(gpu, svo, scene);
     bool taken = scene->build != KD_SVO_BUILD_ORDERFREE, atomic = scene->build == KD_SVO_BUILD_ATOMIC;
     if (!status && taken && !compile(gpu, state, SVO_TAKEN, SVO_PROGRAM_COUNT, atomic))
@@ -77,15 +82,25 @@ static void prepare(kd_system_context *context)
 {
     kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
     kd_svo *svo = kd_singleton(context->world, kd_svo);
+    svo_state *state = context->user;
+    const kd_settings *settings = &kd_singleton(context->world, kd_frame)->settings;
     bool first = !svo->masks.id && !svo->failed;
     if (first)
-        say_layers(&kd_singleton(context->world, kd_frame)->settings);
-    if (first && make(context->gpu, context->user, svo, scene) != KD_OK) {
+        say_layers(settings);
+    if (first && make(context->gpu, state, svo, scene, settings) != KD_OK) {
         kd_log(KD_LOG_ERROR, "octree: no room for %u cascades of %u^3; choose a smaller voxels.resolution",
                scene->cascade_count, scene->resolution);
         svo_destroy(context->gpu, svo);
         svo->failed = true;
     }
+    uint32_t fresh_words = scene->static_changed ? scene->stale_patch_count * 8 : 0;
+    if (svo->uniform.id && svo_reserve_fresh(context->gpu, svo, fresh_words) != KD_OK) {
+        kd_log(KD_LOG_ERROR, "octree: no memory to bring %u patches of cells in; there is no indirect light",
+               scene->stale_patch_count);
+        svo_destroy(context->gpu, svo);
+        svo->failed = true;
+    }
+    state->fresh.wanted = fresh_words;
     if (svo->uniform.id)
         svo_write_params(context->gpu, svo, scene);
 }
@@ -109,12 +124,12 @@ uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter)
 }
 
 /* What a cascade has whether or not anything is in it: dense cells in six directions and their index, the
- * bits of both layers' cells, of new ones and of all levels, and the ranks of these. */
+ * bits of both layers' cells and of all levels, and the ranks of these. */
 static uint64_t empty_cascade_bytes(const kd_svo *svo)
 {
     const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE;
     uint64_t words =
-        5ull * (svo->layer_words / svo->cascades) + 6ull * (svo->layer_words / svo->cascades / 8);
+        3ull * (svo->layer_words / svo->cascades) + 6ull * (svo->layer_words / svo->cascades / 8);
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         words += 2ull * (svo->mask_words[l] / svo->cascades);
     return cells * (6u * 8 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS) * 4 + cells * 4;
@@ -177,6 +192,7 @@ static void build(kd_system_context *context)
         return;
     state->bytes_build = 0;
     follow_counts(gpu, state, svo, tree);
+    svo_give_back(gpu, state, svo, scene);
     svo_begin_nodes(gpu, state, svo, scene);
     if (has_changed(state, scene)) {
         kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));

@@ -144,12 +144,47 @@ static void kept_tree_of_two_sparse_levels_is_a_fresh_one(void **state)
     (void)state, wander(256, 2, 13, 12);
 }
 
+/* Nested boxes come and go. What had their nodes goes back, and what is left gets other numbers: the tree
+ * that stays, static cells and all, is that of a run without them. At last the cascades move where nothing
+ * is: what is above them moves too. */
+static void tree_in_less_room_is_the_same(void **state)
+{
+    enum { SHELLS = 2, QUIET = 64 };
+    (void)state;
+    voxel_options options = options_of(256, 2, false);
+    walk w = {.v = open_hall(options)}, fresh = {.v = open_hall(options)};
+    kd_entity shells[SHELLS];
+    for (int i = 0; i < SHELLS; i++) {
+        float edge = 0.6f + 0.13f * (float)i;
+        shells[i] = voxel_shape(&w.v, KD_SHAPE_BOX, (kd_vec3){edge, edge, edge}, NULL, voxel_at(0, 0, 0));
+    }
+    voxel_frame(&w.v);
+    uint32_t capacity = voxel_svo(&w.v)->node_capacity;
+    for (int i = 0; i < SHELLS; i++)
+        kd_destroy(w.v.world, shells[i]);
+    for (int i = 0; i < QUIET + 2; i++)
+        voxel_frame(&w.v);
+    assert_true(voxel_svo(&w.v)->node_capacity < capacity / 2);
+    look_from(&w.v, (kd_vec3){0.3f, 0.1f, 0});
+    look_from(&fresh.v, (kd_vec3){0.3f, 0.1f, 0});
+    voxel_frame(&w.v);
+    voxel_frame(&fresh.v);
+    tree_copy a = tree_read(&w.v), b = tree_read(&fresh.v);
+    tree_assert_same(&a, &b, true);
+    assert_true(b.count[1] > 1000);
+    tree_free(&a);
+    tree_free(&b);
+    voxel_close(&w.v);
+    voxel_close(&fresh.v);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(kept_tree_of_one_cascade_is_a_fresh_one),
         cmocka_unit_test(kept_tree_of_three_cascades_is_a_fresh_one),
         cmocka_unit_test(kept_tree_of_two_sparse_levels_is_a_fresh_one),
+        cmocka_unit_test(tree_in_less_room_is_the_same),
     };
     return VOXEL_GROUP(tests);
 }

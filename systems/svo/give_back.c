@@ -1,0 +1,204 @@
+/* Room that is given back. Buffers that have been more than half spare for QUIET runs are cut to what is
+ * wanted. What they are wanted for follows from the scene alone, so giving back depends on no time, and as
+ * node numbers cannot be seen it changes no picture. */
+#include <stdlib.h>
+
+#include "runtime/core/settings.h"
+#include "shaders/shared/bindings.h"
+#include "systems/svo/internal.h"
+
+enum { QUIET = 64, LEAST = 4096 };
+
+static bool spare(svo_room *room, uint32_t capacity)
+{
+    uint32_t wanted = room->wanted > LEAST ? room->wanted : LEAST;
+    room->quiet = wanted < capacity / 2 ? room->quiet + 1 : 0;
+    if (room->quiet < QUIET)
+        return false;
+    room->quiet = 0;
+    return true;
+}
+
+/* A buffer whose content nobody needs any more. */
+static void cut(kd_gpu *gpu, kd_gpu_buffer *buffer, uint32_t *capacity, const svo_room *room, size_t size,
+                const char *name)
+{
+    uint32_t cells = room->wanted > LEAST ? room->wanted : LEAST;
+    kd_gpu_buffer made = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = cells * size, .name = name});
+    if (!made.id)
+        return;
+    kd_gpu_destroy_buffer(gpu, *buffer);
+    *buffer = made;
+    *capacity = cells;
+}
+
+/* ---- nodes: they get the ranks of their codes as new numbers ---- */
+
+enum { LEAVES, SURFACE, EMISSION, NODES, DATA, BOOK, PARTS };
+
+typedef struct smaller {
+    kd_gpu_buffer made[PARTS], moved_from;
+    struct kd_svo_places places;
+    uint32_t nodes;
+} smaller;
+
+static void held(kd_svo *svo, kd_gpu_buffer *out[PARTS])
+{
+    kd_gpu_buffer *parts[PARTS] = {&svo->leaves, &svo->static_surface, &svo->static_emission,
+                                   &svo->nodes,  &svo->data,           &svo->book};
+    for (int i = 0; i < PARTS; i++)
+        out[i] = parts[i];
+}
+
+static bool make_smaller(kd_gpu *gpu, const kd_svo *svo, uint32_t nodes, smaller *s)
+{
+    static const char *const names[PARTS] = {"tree.leaves", "svo.static_surface", "svo.static_emission",
+                                             "tree.nodes",  "tree.data",          "svo.book"};
+    size_t levels = svo_levels(svo), inner = levels > 1 ? levels - 1 : 1;
+    *s = (smaller){.places = svo->places, .nodes = nodes};
+    size_t book = (size_t)svo_place_nodes(svo, &s->places, nodes) * 4;
+    const size_t sizes[PARTS] = {nodes * 64ul,       nodes * 64ul,      nodes * 64ul,
+                                 inner * nodes * 32, inner * nodes * 8, book};
+    bool all = true;
+    for (int i = 0; i < PARTS; i++) {
+        s->made[i] = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizes[i], .name = names[i]});
+        all = all && s->made[i].id;
+    }
+    s->moved_from =
+        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = nodes * 4ul, .name = "svo.moved_from"});
+    return all && s->moved_from.id;
+}
+
+static void move_rows(kd_gpu *gpu, const svo_state *state, const smaller *s, kd_gpu_buffer from,
+                      kd_gpu_buffer to, const uint32_t pass[4])
+{
+    kd_gpu_bind_uniform(gpu, 0, pass, 16);
+    kd_gpu_bind_storage(gpu, 1, from);
+    kd_gpu_bind_storage(gpu, 2, to);
+    kd_gpu_bind_storage(gpu, 5, s->moved_from);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_MOVE],
+                           (uint32_t)(((uint64_t)pass[0] * pass[1] + 63) / 64));
+}
+
+/* What belongs to the nodes of a level: leaves and static cells, or the words of children; filtered data. */
+static void move_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const smaller *s, uint32_t l,
+                       uint32_t count)
+{
+    uint32_t old = svo->node_capacity, leaf_parent = l + 1 == svo_levels(svo);
+    const kd_gpu_buffer leaf_parts[] = {svo->leaves, svo->static_surface, svo->static_emission};
+    for (int i = LEAVES; leaf_parent && i <= EMISSION; i++)
+        move_rows(gpu, state, s, leaf_parts[i], s->made[i], (uint32_t[4]){16, count, 0, 0});
+    if (!leaf_parent)
+        move_rows(gpu, state, s, svo->nodes, s->made[NODES],
+                  (uint32_t[4]){8, count, l * 8 * old, l * 8 * s->nodes});
+    if (l > 0)
+        move_rows(gpu, state, s, svo->data, s->made[DATA],
+                  (uint32_t[4]){2, count, (l - 1) * 2 * old, (l - 1) * 2 * s->nodes});
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+static bool free_numbers(kd_gpu *gpu, const kd_svo *svo, const smaller *s, uint32_t l, uint32_t count)
+{
+    uint32_t left = s->nodes - count, *stack = malloc((size_t)left * sizeof *stack + 4);
+    if (!stack)
+        return false;
+    for (uint32_t i = 0; i < left; i++)
+        stack[i] = s->nodes - 1 - i;
+    if (left)
+        kd_gpu_write_buffer(gpu, s->made[BOOK], (size_t)(&s->places.free.x)[l] * 4, stack,
+                            (size_t)left * sizeof *stack);
+    kd_gpu_write_buffer(gpu, svo->counters, (KD_COUNT_FREE + l) * 4, &left, sizeof left);
+    if (l + 1 == svo_levels(svo))
+        kd_gpu_write_buffer(gpu, svo->counters, KD_COUNT_HIGH * 4, &count, sizeof count);
+    free(stack);
+    return true;
+}
+
+/* Nodes of level l: bits of its mask. */
+static uint32_t rank_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l)
+{
+    if (kd_gpu_rank_run(gpu, &state->rank, svo->level_masks[svo->current], svo->mask_first[l],
+                        svo->mask_words[l], svo->diff_ranks, 0, svo->counters, KD_COUNT_DIFF) != KD_OK)
+        return UINT32_MAX;
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    return svo_read_counter(gpu, svo, KD_COUNT_DIFF);
+}
+
+static void renumber_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const smaller *s,
+                           uint32_t l)
+{
+    uint32_t pass[4] = {svo->mask_words[l], svo->mask_first[l], l, (&s->places.codes.x)[l]};
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 2, svo->diff_ranks);
+    kd_gpu_bind_storage(gpu, 3, svo->index);
+    kd_gpu_bind_storage(gpu, 4, svo->nodes);
+    kd_gpu_bind_storage(gpu, 5, s->moved_from);
+    kd_gpu_bind_storage(gpu, 7, s->made[BOOK]);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_RENUMBER], (svo->mask_words[l] + 63) / 64);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+static bool fits(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t nodes,
+                 uint32_t counts[KD_MAX_NODE_LEVELS])
+{
+    bool all = true;
+    for (uint32_t l = 0; l < svo_levels(svo); l++) {
+        counts[l] = rank_level(gpu, state, svo, l);
+        all = all && counts[l] <= nodes;
+    }
+    return all;
+}
+
+static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32_t nodes)
+{
+    uint32_t counts[KD_MAX_NODE_LEVELS];
+    smaller s;
+    kd_gpu_buffer *parts[PARTS];
+    held(svo, parts);
+    bool all = make_smaller(gpu, svo, nodes, &s) && fits(gpu, state, svo, nodes, counts);
+    if (all) {
+        kd_gpu_fill_buffer(gpu, s.made[BOOK], 0, kd_gpu_buffer_size(gpu, s.made[BOOK]), 0);
+        kd_gpu_copy_buffer(gpu, svo->book, 0, s.made[BOOK], 0, svo_fixed_book_bytes(svo));
+    }
+    for (uint32_t l = svo_levels(svo); all && l-- > 0;) {
+        kd_gpu_fill_buffer(gpu, s.made[BOOK], (size_t)(&s.places.codes.x)[l] * 4, nodes * 4ul, KD_EMPTY);
+        all = free_numbers(gpu, svo, &s, l, counts[l]);
+        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+        rank_level(gpu, state, svo, l);
+        kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
+        renumber_level(gpu, state, svo, &s, l);
+        move_level(gpu, state, svo, &s, l, counts[l]);
+    }
+    for (int i = 0; i < PARTS; i++) {
+        kd_gpu_destroy_buffer(gpu, all ? *parts[i] : s.made[i]);
+        if (all)
+            *parts[i] = s.made[i];
+    }
+    kd_gpu_destroy_buffer(gpu, s.moved_from);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+    if (!all)
+        return;
+    svo->places = s.places;
+    svo->node_capacity = nodes;
+}
+
+void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+{
+    uint32_t nodes = state->nodes.wanted + state->nodes.wanted / 4;
+    if (spare(&state->nodes, svo->node_capacity)) {
+        cut_nodes(gpu, state, svo, (nodes > LEAST ? nodes : LEAST) / 32 * 32 + 32);
+        svo_write_params(gpu, svo, scene);
+    }
+    if (spare(&state->sums, svo->sum_capacity))
+        cut(gpu, &svo->sums, &svo->sum_capacity, &state->sums, KD_SUM_WORDS * 4, "svo.sums");
+    if (spare(&state->fresh, svo->fresh_words) && !scene->static_changed)
+        cut(gpu, &svo->fresh, &svo->fresh_words, &state->fresh, 8, "svo.fresh");
+    if (spare(&state->dynamic, svo->dynamic_capacity))
+        cut(gpu, &svo->dynamic_cells, &svo->dynamic_capacity, &state->dynamic, 16, "svo.dynamic_cells");
+    if (scene->build != KD_SVO_BUILD_ORDERFREE)
+        svo->dynamic_room = svo->sum_capacity;
+    else /* until something static is built anew */
+        state->sums.wanted = svo->dynamic_room < svo->sum_capacity ? svo->dynamic_room : svo->sum_capacity;
+}
