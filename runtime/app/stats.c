@@ -141,7 +141,7 @@ static void put_cones(kd_json *j, kd_world *w, kd_gpu *gpu)
         return;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_read_buffer(gpu, gi->samples, 0, counts, sizeof counts);
-    for (uint32_t i = 0; i <= KD_MAX_CONES; i++)
+    for (uint32_t i = 0; i < KD_MAX_CONES + 2; i++)
         samples += counts[KD_CONE_HEAD + i * KD_CONE_WORDS + 1];
     while (diffuse < KD_MAX_CONES && counts[KD_CONE_HEAD + diffuse * KD_CONE_WORDS])
         diffuse++;
@@ -159,6 +159,8 @@ static void put_cones(kd_json *j, kd_world *w, kd_gpu *gpu)
     kd_json_array_end(j);
     kd_json_key(j, "glossy");
     put_cone(j, &counts[KD_CONE_HEAD + KD_MAX_CONES * KD_CONE_WORDS]);
+    kd_json_key(j, "emitters");
+    put_cone(j, &counts[KD_CONE_HEAD + (KD_MAX_CONES + 1) * KD_CONE_WORDS]);
     kd_json_object_end(j);
 }
 

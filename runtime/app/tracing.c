@@ -170,7 +170,8 @@ static app_tracing asked_for(const app_traced *t)
 {
     app_tracing asked = t->options->tracing;
     if (t->options->command == APP_COMPARE && !asked.bounces_said) {
-        asked.bounces = t->scene.settings.light_bounces;
+        int32_t bounces = t->scene.settings.light_bounces;
+        asked.bounces = bounces == KD_BOUNCES_INF ? KD_REFERENCE_ENDLESS : bounces;
         asked.gathered = true;
     }
     return asked;

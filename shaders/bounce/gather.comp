@@ -2,7 +2,7 @@
 // cones run through holds what leaves sent out with the entries of the frames before.
 layout(local_size_x = 64) in;
 
-#include "shaders/include/cone.glsl"
+#include "shaders/include/emitters.glsl"
 #include "shaders/include/bounce.glsl"
 #include "shaders/include/morton.glsl"
 #include "shaders/include/work_list.glsl"
@@ -20,7 +20,7 @@ vec3 to_side(vec3 v, int side)
 
 vec3 gather(vec3 origin, int side, float span, uint variant)
 {
-    cone_settings settings = cone_settings(pass.cone.y, pass.cone.z, 0.0);
+    cone_settings settings = cone_settings(pass.cone.y, pass.cone.z, 0.0, 1.0);
     float angle = 0.3926991 * float(variant), c = cos(angle), s = sin(angle); // quarters of the angle between two cones
     vec3 sum = vec3(0.0);
     for (int i = 0; i < KD_BOUNCE_CONES; i++) {
@@ -29,7 +29,8 @@ vec3 gather(vec3 origin, int side, float span, uint variant)
         cone_result r = cone_trace(origin, direction, direction, pass.cone.x, 0.25 * span, settings);
         sum += pass.cones[i].w * (r.radiance + r.transmittance * pass.cone.w);
     }
-    return sum;
+    vec3 normal = to_side(vec3(0.0, 0.0, 1.0), side);
+    return sum + tree.light.y * emitters_light(origin, origin, normal, 0.25 * span, 0.1, 1u, variant, emitter_settings(settings));
 }
 
 void main()

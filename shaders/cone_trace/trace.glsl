@@ -3,11 +3,13 @@
 // Source: Crassin 2011; Yalciner 2016, section 4.6.
 
 #include "shaders/shared/gather.h"
-#include "shaders/include/cone.glsl"
 #include "shaders/include/gbuffer.glsl"
 
 layout(std140, binding = KD_BIND_PASS) uniform gather_block { kd_gather_params gather; };
 #include "shaders/cone_trace/count.glsl"
+#define KD_COUNT_EMITTER_CONES
+void count_emitter_cone(int samples) { count_cone(KD_MAX_CONES + 1, samples); }
+#include "shaders/include/emitters.glsl"
 
 layout(binding = 0, rgba16f) writeonly uniform image2D diffuse_out;
 layout(binding = 1, rgba16f) writeonly uniform image2D specular_out;
@@ -22,7 +24,7 @@ mat3 frame_round(vec3 n)
 
 cone_settings settings()
 {
-    return cone_settings(gather.cone.y, gather.cone.z, gather.light.y);
+    return cone_settings(gather.cone.y, gather.cone.z, gather.light.y, 1.0);
 }
 
 // Neighbours turn their cones against each other, by quarters of the angle between two cones of a ring, and tilt them a
@@ -45,7 +47,7 @@ vec3 ray_of(vec3 cone, float variant)
     return normalize(cone + (gather.cone.x * SPREAD * (variant < 1.5 ? 1.0 : -1.0)) * (sideways ? across : up));
 }
 
-vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
+vec4 trace_diffuse(vec3 place_ws, vec3 origin, vec3 normal, float span, ivec2 at)
 {
     mat3 frame = frame_round(normal);
     float variant = float((at.x & 1) + 2 * (at.y & 1));
@@ -59,12 +61,13 @@ vec4 trace_diffuse(vec3 origin, vec3 normal, float span, ivec2 at)
         irradiance += gather.cones[i].w * (r.radiance * tree.light.z + r.transmittance * gather.light.w);
         visible += gather.cones[i].w * (1.0 - r.occlusion);
     }
+    irradiance += emitters_light(place_ws, origin, normal, 0.25 * span, 0.05, 2u, uint(variant), emitter_settings(settings()));
     return vec4(irradiance * gather.light.x, clamp(1.0 - gather.light.z * (1.0 - visible), 0.0, 1.0));
 }
 
 // The cone that holds most of a GGX lobe: its half angle grows with roughness squared (half of the lobe's energy lies within
 // atan(alpha) of the mirror direction).
-vec3 trace_specular(vec3 origin, surface s, vec3 view, float span)
+vec3 trace_specular(vec3 place_ws, vec3 origin, surface s, vec3 view, float span)
 {
     float alpha = s.roughness * s.roughness;
     vec3 direction = reflect(view, s.normal_ws);
@@ -74,9 +77,11 @@ vec3 trace_specular(vec3 origin, surface s, vec3 view, float span)
     // A narrow cone has far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through.
     cone_settings far = settings();
     far.step *= 1.6;
-    cone_result r = cone_trace(origin, direction, direction, clamp(alpha, 0.03, 1.0), span, far);
+    float tan_half = clamp(alpha, 0.03, 1.0);
+    cone_result r = cone_trace(origin, direction, direction, tan_half, span, far);
     count_cone(KD_MAX_CONES, r.samples);
-    return (r.radiance * tree.light.z + r.transmittance * gather.light.w) * gather.light.x;
+    vec3 glow = emitters_reflected(place_ws, origin, direction, tan_half, span, emitter_settings(settings()));
+    return (r.radiance * tree.light.z + r.transmittance * gather.light.w + glow) * gather.light.x;
 }
 
 // Traces pixel at * n of the picture into texel `at`.
@@ -96,13 +101,13 @@ void trace_pixel(ivec2 at, int n)
     int outer = tree_cascades() - 1;
     vec3 reach = vec3(tree.cascade[outer].w * float(tree_resolution()) * 0.5 * (1.0 - 4.0 / float(KD_DENSE)));
     vec3 origin = clamp(s.position_ws + face * (gather.cone.w * span), tree.centre.xyz - reach, tree.centre.xyz + reach);
-    vec4 diffuse = trace_diffuse(origin, s.normal_ws, span, at);
+    vec4 diffuse = trace_diffuse(s.position_ws, origin, s.normal_ws, span, at);
     imageStore(diffuse_out, at, diffuse);
     // A rough surface's lobe is about as wide as the hemisphere: the diffuse cones have seen it already.
     vec3 specular = diffuse.rgb;
     bool rough = gather.flags.x == 0u || s.roughness >= KD_GATHER_ROUGH; // smooth.comp takes the smoothed diffuse light then
     if (!rough)
-        specular = trace_specular(origin, s, view, span);
+        specular = trace_specular(s.position_ws, origin, s, view, span);
     imageStore(specular_out, at, vec4(specular, rough ? 0.0 : 1.0));
     count_pixel(at * n);
 }

@@ -5,6 +5,7 @@ struct cell_attributes {
     vec3 emission;      // relative to the scene's brightest
     float double_sided; // share
     uint weight;        // coverage, 256 a whole voxel
+    float area;         // that glows with this emission, in faces of a cell
 };
 
 cell_attributes cell_attributes_unpack(uvec4 w)
@@ -14,7 +15,8 @@ cell_attributes cell_attributes_unpack(uvec4 w)
     a.normal = unpackSnorm4x8(w.y).xyz;
     a.double_sided = float(w.y >> 24) / 255.0;
     a.emission = vec3(w.z & 511u, (w.z >> 9) & 511u, (w.z >> 18) & 511u) * (exp2(-float(w.z >> 27)) / 511.0);
-    a.weight = w.w;
+    a.weight = w.w & 0xFFFFu;
+    a.area = float(w.w >> 16) / (256.0 * KD_AREA_ONE);
     return a;
 }
 
@@ -26,7 +28,9 @@ cell_attributes cell_attributes_merge(cell_attributes a, cell_attributes b)
     a.normal = (a.normal * wa + b.normal * wb) * inverse;
     // Emission adds up: what lies on a lamp does not dim it (as in svo/pack.comp).
     vec3 shining = (a.emission * min(wa, 256.0) + b.emission * min(wb, 256.0)) / clamp(wa + wb, 1.0, 256.0);
+    vec3 powers = a.emission * a.area + b.emission * b.area;
     a.emission = min(shining, max(a.emission, b.emission));
+    a.area = dot(powers, vec3(1.0)) / max(dot(a.emission, vec3(1.0)), 1e-9);
     a.double_sided = (a.double_sided * wa + b.double_sided * wb) * inverse;
     a.weight += b.weight;
     return a;

@@ -17,6 +17,7 @@ cell_attributes cell_load(uint slot, uint code, uint layer_words, uint dynamic_r
     a.albedo = a.normal = a.emission = vec3(0.0);
     a.double_sided = 0.0;
     a.weight = 0u;
+    a.area = 0.0;
     uint word = code >> 5, bit = 1u << (code & 31u);
     uint s = masks[word], d = masks[layer_words + word];
     if ((s & bit) != 0u)

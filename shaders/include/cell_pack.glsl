@@ -1,5 +1,5 @@
 // Sums of a cell to attributes of 16 bytes (cell_attributes.glsl unpacks them):
-// albedo 3 x 10 bits | normal 3 x snorm8, share of double-sided voxels unorm8 | emission 3 x 9 bits, halvings 5 | weight, of 256
+// albedo 3 x 10 bits | normal 3 x snorm8, share of double-sided voxels unorm8 | emission 3 x 9 bits, halvings 5 | weight, of 256, 16 bits; area of what glows 16 bits
 // In integers throughout: every driver makes the same bytes, and so does systems/svo/reference.c.
 layout(std430, binding = 1) readonly buffer sums_block { uint sums[]; };
 
@@ -29,6 +29,12 @@ uint pack_emission(uvec3 sum, uint weight)
     return word | halvings << 27;
 }
 
+// Area that glows with the cell's emission, 256 KD_AREA_ONE a face: what glows may share the cell's emission with what does not.
+uint pack_area(uint area, uint emissive, uint shared_by)
+{
+    return emissive == 0u ? 0u : min(mean(area, emissive) * shared_by, 65535u);
+}
+
 uvec4 cell_attributes_of(uint cell)
 {
     uint at = cell * KD_SUM_WORDS;
@@ -36,6 +42,7 @@ uvec4 cell_attributes_of(uint cell)
     uint albedo = mean(sums[at + 1u], weight) | mean(sums[at + 2u], weight) << 10 | mean(sums[at + 3u], weight) << 20;
     uint normal = mean_signed(sums[at + 4u], weight) | mean_signed(sums[at + 5u], weight) << 8 |
                   mean_signed(sums[at + 6u], weight) << 16;
-    uint emission = pack_emission(uvec3(sums[at + 7u], sums[at + 8u], sums[at + 9u]), emission_weight(sums[at], sums[at + 11u]));
-    return uvec4(albedo, normal | mean(sums[at + 10u] * 255u, weight) << 24, emission, sums[at]);
+    uint shared_by = emission_weight(sums[at], sums[at + 11u]), area = pack_area(sums[at + 12u], sums[at + 11u], shared_by);
+    uint emission = pack_emission(uvec3(sums[at + 7u], sums[at + 8u], sums[at + 9u]), shared_by);
+    return uvec4(albedo, normal | mean(sums[at + 10u] * 255u, weight) << 24, emission, min(sums[at], 65535u) | area << 16);
 }

@@ -9,6 +9,7 @@ struct voxel_share {
     ivec3 normal;   // snorm8
     uvec3 emission; // KD_EMISSION_ONE is the brightest of the scene
     bool double_sided;
+    uint area;      // of what glows
 };
 
 // color, share: words of the cached voxel; emissive: of its object, relative to the brightest
@@ -16,7 +17,7 @@ voxel_share voxel_share_of(uint color, uint share, uint normal, vec3 emissive)
 {
     uvec3 root = uvec3(color, color >> 8, color >> 16) & 255u;
     return voxel_share((root * root * 1023u + 32512u) / 65025u, snorm8_unpack(normal),
-                       (uvec3(emissive * KD_EMISSION_ONE + 0.5) * share + 127u) / 255u, (color & 0x1000000u) != 0u);
+                       (uvec3(emissive * KD_EMISSION_ONE + 0.5) * share + 127u) / 255u, (color & 0x1000000u) != 0u, color >> 25);
 }
 
 void sums_add(uint cell, uint weight, voxel_share v)
@@ -34,6 +35,7 @@ void sums_add(uint cell, uint weight, voxel_share v)
         atomicAdd(sums[at + 8u], (v.emission.y * weight + 128u) >> 8);
         atomicAdd(sums[at + 9u], (v.emission.z * weight + 128u) >> 8);
         atomicAdd(sums[at + 11u], weight);
+        atomicAdd(sums[at + 12u], v.area * weight);
     }
     if (v.double_sided)
         atomicAdd(sums[at + 10u], weight);

@@ -11,6 +11,7 @@ struct cone_settings {
     float step;         // in diameters
     float max_distance; // m
     float falloff;      // of occlusion with distance, 1/m
+    float least;        // least diameter, in voxels
 };
 
 struct cone_result {
@@ -36,7 +37,7 @@ cone_result cone_trace(vec3 origin_ws, vec3 direction, vec3 facing, float tan_ha
         k = tree_cascade_at(p, 0.5);
         if (k == tree_cascades() || t > settings.max_distance || r.transmittance < 0.01)
             break;
-        float diameter = max(2.0 * tan_half * t, span * float(1 << k));
+        float diameter = max(2.0 * tan_half * t, settings.least * span * float(1 << k));
         int lod = max(int(floor(log2(diameter / span) - CONE_SHARPNESS + 0.5)), k);
         vec4 v = tree_sample(k, lod, p, facing);
         r.samples++;

@@ -11,6 +11,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/tree_node.glsl"
 #include "shaders/include/lights.glsl"
 #include "shaders/include/bounce.glsl"
+#include "shaders/include/emitters_params.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
 layout(std430, binding = 6) buffer leaves_block { uvec2 leaves[]; };
@@ -78,7 +79,8 @@ uvec2 leaf_of(uint slot, uint code)
     float span = tree.cascade[c].w;
     vec3 p_ws = tree.cascade[c].xyz + (vec3(cell) + 0.5) * span;
     vec3 lamps = bounce.z != 0u ? direct_light(a, p_ws, span) : vec3(0.0);
-    vec3 radiance = tree.light.y * (a.albedo * (1.0 / 3.14159265) * lamps + a.emission * tree.light.x);
+    vec3 emission = emitters.info.x == 0u ? a.emission * tree.light.x : vec3(0.0); // emitters.glsl lights by it
+    vec3 radiance = tree.light.y * (a.albedo * (1.0 / 3.14159265) * lamps + emission);
     radiance += a.albedo * bounced_light(a, c, cell);
     float depth = FULL_DEPTH * min(float(a.weight) / 256.0, 1.0);
     return leaf_pack(leaf_value(radiance, a.normal, depth, a.double_sided > 0.5));

@@ -11,6 +11,7 @@
 #define KD_BIND_TREE 3     /* kd_tree_params */
 #define KD_BIND_MATERIAL 4 /* kd_material_params of the batch being drawn */
 #define KD_BIND_SVO 5      /* kd_svo_places */
+#define KD_BIND_EMITTERS 6 /* kd_emitters_params */
 
 /* texture units */
 #define KD_UNIT_BASE_COLOR 0 /* material maps, while drawing */

@@ -21,11 +21,11 @@ struct kd_gather_params {
 KD_LAYOUT_CHECK(kd_gather_params, 352)
 
 /* Counters of samples, where they are wanted; after them the samples of each pixel of the picture, a word each.
- *   0 traced pixels, 1 most samples of a pixel, 2-3 unused, then KD_CONE_WORDS words a cone, the glossy one last:
+ *   0 traced pixels, 1 most samples of a pixel, 2-3 unused, then KD_CONE_WORDS words a cone, the glossy one and those to emitters last:
  *   0 times traced, 1 samples, 2 most samples, 3 unused */
 #define KD_CONE_HEAD 4u
 #define KD_CONE_WORDS 4u
-#define KD_CONE_COUNTERS (KD_CONE_HEAD + KD_CONE_WORDS * (KD_MAX_CONES + 1u))
+#define KD_CONE_COUNTERS (KD_CONE_HEAD + KD_CONE_WORDS * (KD_MAX_CONES + 2u))
 
 #include "shaders/shared/layout_end.h"
 

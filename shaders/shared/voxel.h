@@ -8,7 +8,7 @@
  * Words of a cached voxel (model space):
  *   position  10:10:10 cell inside its chunk, 2 bits spare
  *   normal    3 x snorm8 | unorm8 emission (share of the material's emissive colour)
- *   albedo    3 x unorm8 sqrt-encoded | bit 24 double sided
+ *   albedo    3 x unorm8 sqrt-encoded | bit 24 double sided | what glows: area of the surface in it, 7 bits, KD_AREA_ONE a face
  *   binding   deforming voxels only, 3 words. Skinned: joints u16x2, u16x2 | weights unorm8x4.
  *             Attached (morphing): triangle | barycentric y, z as unorm16x2 | 0
  * Words of a page voxel (world space; dynamic layer alone: static voxels are brought to the world when their cells are built):
@@ -17,6 +17,7 @@
  *   normal    3 x snorm8 | 0
  */
 #define KD_SEGMENT_VOXELS 1024u
+#define KD_AREA_ONE 48.0      /* a surface of one cell's face */
 #define KD_PAGE_SEGMENTS 64u
 #define KD_PAGE_VOXELS 65536u
 #define KD_BINDING_WORDS 3u
@@ -42,8 +43,8 @@
 
 /* Words of an attribute sum, fixed point, one sum per occupied cell of a layer:
  *   0 weight (255 a voxel that covers the cell), 1-3 albedo (linear, 8 bit x weight), 4-6 normal (snorm8 x weight, signed),
- *   7-9 emission (KD_EMISSION_ONE is the brightest of the scene, x weight / 255), 10 weight of double-sided voxels, 11 weight of emissive ones */
-#define KD_SUM_WORDS 12u
+ *   7-9 emission (KD_EMISSION_ONE is the brightest of the scene, x weight / 255), 10 weight of double-sided voxels, 11 weight of emissive ones, 12 their area x weight */
+#define KD_SUM_WORDS 13u
 #define KD_EMISSION_ONE 4095.0
 
 /* One primitive of one entity in the voxel scene. */

@@ -4,8 +4,8 @@ layout(local_size_x = 64) in;
 
 layout(std430, binding = 4) readonly buffer mask_block { uint mask[]; };
 layout(std430, binding = 5) readonly buffer ranks_block { uint ranks[]; };
-// 16 words a voxel: weight, then low words of 3 albedo, 3 normal, emission, then their high words; in a buffer of its own one
-// word a voxel: nearest triangle (see below).
+// 16 words a voxel: weight, then low words of 3 albedo, 3 normal, emission, then their high words, then the area of what glows;
+// in a buffer of its own one word a voxel: nearest triangle (see below).
 layout(std430, binding = 6) buffer sums_block { uint sums[]; };
 layout(std430, binding = 7) buffer nearest_block { uint nearest[]; };
 
@@ -15,6 +15,7 @@ void fragment(uint triangle, uvec3 cell, vec3 bary);
 #include "shaders/voxel_cache/triangle.glsl"
 #include "shaders/voxel_cache/surface.glsl"
 #include "shaders/voxel_cache/chunk_cell.glsl"
+#include "shaders/voxel_cache/area.glsl"
 
 void add(uint at, float value, uint weight)
 {
@@ -43,6 +44,8 @@ void fragment(uint triangle, uvec3 cell, vec3 bary)
         add(at + 4u + k, normal[k], weight);
     }
     add(at + 7u, s.emission, weight);
+    if (any(greaterThan(material.emissive.rgb, vec3(0.0))))
+        atomicAdd(sums[at + 15u], uint(round(area_in_cell(cell, triangle) * 4096.0)));
     // The nearest surface binds a deforming voxel: largest nearness (6 bits), then the lowest triangle.
     if (pass.dest.z != KD_VOXEL_RIGID)
         atomicMax(nearest[voxel], (uint(nearness * 62.0) + 1u) << 26 | (0x3FFFFFFu - triangle));

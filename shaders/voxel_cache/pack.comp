@@ -39,7 +39,8 @@ void pack(uint voxel, uint from, uint bit)
     }
     uint out_at = pass.dest.x + voxel;
     shape[out_at] = uvec2(cell_pack(cell), snorm8_pack(normal) | emission << 24);
-    color[out_at] = albedo_pack(albedo) | (pass.dest.w & 1u) << 24;
+    uint area = min(uint(round(float(sums[voxel * 16u + 15u]) * (KD_AREA_ONE / 4096.0))), 127u);
+    color[out_at] = albedo_pack(albedo) | (pass.dest.w & 1u) << 24 | area << 25;
 }
 
 void main()

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "components/bounce.h"
+#include "components/emitters.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
 #include "components/svo.h"
@@ -107,6 +108,7 @@ static void run(kd_system_context *context)
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_tree_bind(gpu, tree);
+    kd_emitters_bind(gpu, kd_singleton(context->world, kd_emitters));
     kd_gpu_bind_storage(gpu, 0, state->items);
     kd_gpu_bind_storage(gpu, 1, bounce->entries);
     kd_gpu_bind_storage(gpu, 2, svo->level_masks[svo->current]);
@@ -154,24 +156,25 @@ kd_status kd_bounce_import(kd_schedule *s)
                                           });
     if (status)
         return status;
-    return kd_schedule_add(
-        s, &(kd_system_desc){
-               .name = "bounce",
-               .phase = KD_PHASE_BOUNCE,
-               .where = KD_ON_GPU,
-               .components = {KD_USES(kd_svo), KD_USES(kd_tree), KD_USES(kd_frame), KD_USES(kd_bounce)},
-               .resources = {{"svo.levels", KD_USE_STORAGE_READ},
-                             {"tree.uniform", KD_USE_UNIFORM},
-                             {"tree.radiance", KD_USE_SAMPLED},
-                             {"tree.nodes", KD_USE_SAMPLED},
-                             {"tree.leaves", KD_USE_SAMPLED},
-                             {"tree.data", KD_USE_SAMPLED},
-                             {"bounce", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
-               .run_if = keeps,
-               .no_commands = true,
-               .run = run,
-               .init = init,
-               .fini = fini,
-               .user = state,
-           });
+    return kd_schedule_add(s, &(kd_system_desc){
+                                  .name = "bounce",
+                                  .phase = KD_PHASE_BOUNCE,
+                                  .where = KD_ON_GPU,
+                                  .components = {KD_USES(kd_svo), KD_USES(kd_tree), KD_USES(kd_frame),
+                                                 KD_USES(kd_emitters), KD_USES(kd_bounce)},
+                                  .resources = {{"svo.levels", KD_USE_STORAGE_READ},
+                                                {"tree.uniform", KD_USE_UNIFORM},
+                                                {"tree.radiance", KD_USE_SAMPLED},
+                                                {"tree.nodes", KD_USE_SAMPLED},
+                                                {"tree.leaves", KD_USE_SAMPLED},
+                                                {"tree.data", KD_USE_SAMPLED},
+                                                {"emitters", KD_USE_UNIFORM},
+                                                {"bounce", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
+                                  .run_if = keeps,
+                                  .no_commands = true,
+                                  .run = run,
+                                  .init = init,
+                                  .fini = fini,
+                                  .user = state,
+                              });
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "components/camera.h"
+#include "components/emitters.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
 #include "components/tree_access.h"
@@ -234,6 +235,7 @@ static void run(kd_system_context *context)
     struct kd_gather_params params = params_of(&frame->settings, tree, frame->width, frame->height);
     bind_gbuffer(gpu, kd_singleton(w, kd_gbuffer), kd_singleton(w, kd_lighting));
     kd_tree_bind(gpu, tree);
+    kd_emitters_bind(gpu, kd_singleton(w, kd_emitters));
     make_guide(gpu, state, &params, n);
     if (fit_refinement(gpu, state, &frame->settings, &state->grid))
         trace_where_needed(gpu, state, &params, n);
@@ -301,26 +303,28 @@ kd_status kd_cone_trace_import(kd_schedule *s)
     gather_state *state = calloc(1, sizeof *state);
     if (!state)
         return KD_NO_MEMORY;
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "gather_cones",
-                                  .phase = KD_PHASE_GATHER,
-                                  .where = KD_ON_GPU,
-                                  .components = {KD_USES(kd_tree), KD_USES(kd_gbuffer), KD_USES(kd_lighting),
-                                                 KD_USES(kd_frame), KD_CHANGES(kd_gi_targets)},
-                                  .resources = {{"tree.uniform", KD_USE_UNIFORM},
-                                                {"tree.radiance", KD_USE_SAMPLED},
-                                                {"tree.nodes", KD_USE_SAMPLED},
-                                                {"tree.leaves", KD_USE_SAMPLED},
-                                                {"tree.data", KD_USE_SAMPLED},
-                                                {"gbuffer", KD_USE_SAMPLED},
-                                                {"lights.uniform", KD_USE_UNIFORM},
-                                                {"gi", KD_USE_IMAGE_WRITE},
-                                                {"gi.samples", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
-                                  .run_if = gi_is_cones,
-                                  .no_commands = true,
-                                  .run = run,
-                                  .init = init,
-                                  .fini = fini,
-                                  .user = state,
-                              });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "gather_cones",
+               .phase = KD_PHASE_GATHER,
+               .where = KD_ON_GPU,
+               .components = {KD_USES(kd_tree), KD_USES(kd_gbuffer), KD_USES(kd_lighting), KD_USES(kd_frame),
+                              KD_USES(kd_emitters), KD_CHANGES(kd_gi_targets)},
+               .resources = {{"tree.uniform", KD_USE_UNIFORM},
+                             {"tree.radiance", KD_USE_SAMPLED},
+                             {"tree.nodes", KD_USE_SAMPLED},
+                             {"tree.leaves", KD_USE_SAMPLED},
+                             {"tree.data", KD_USE_SAMPLED},
+                             {"emitters", KD_USE_UNIFORM},
+                             {"gbuffer", KD_USE_SAMPLED},
+                             {"lights.uniform", KD_USE_UNIFORM},
+                             {"gi", KD_USE_IMAGE_WRITE},
+                             {"gi.samples", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
+               .run_if = gi_is_cones,
+               .no_commands = true,
+               .run = run,
+               .init = init,
+               .fini = fini,
+               .user = state,
+           });
 }

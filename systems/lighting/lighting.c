@@ -5,15 +5,31 @@
 #include <stdlib.h>
 
 #include "components/bounce.h"
+#include "components/emitters.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
 #include "components/svo.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/scene.h"
+#include "systems/lighting/emitters.h"
+#include "systems/lighting/leaves.h"
 
 typedef struct inject_state {
     kd_gpu_program inject;
 } inject_state;
+
+void lighting_bind_leaves(kd_gpu *gpu, const kd_svo *svo)
+{
+    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 1, svo->masks);
+    kd_gpu_bind_storage(gpu, 2, svo->ranks);
+    kd_gpu_bind_storage(gpu, 3, svo->static_surface);
+    kd_gpu_bind_storage(gpu, 4, svo->static_emission);
+    kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
+}
 
 static void inject(kd_system_context *context, bool send_out)
 {
@@ -33,20 +49,13 @@ static void inject(kd_system_context *context, bool send_out)
                         send_out ? bounce->period * KD_BOUNCE_MAX_TURNS : 0,
                         lamps};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, pass, sizeof pass);
-    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
+    lighting_bind_leaves(gpu, svo);
+    kd_emitters_bind(gpu, kd_singleton(context->world, kd_emitters));
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
-    kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage(gpu, 1, svo->masks);
-    kd_gpu_bind_storage(gpu, 2, svo->ranks);
-    kd_gpu_bind_storage(gpu, 3, svo->static_surface);
-    kd_gpu_bind_storage(gpu, 4, svo->static_emission);
-    kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);
     kd_gpu_bind_storage(gpu, 6, svo->leaves);
-    kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_bind_texture(gpu, KD_UNIT_BOUNCE, bounce->view);
     kd_gpu_dispatch_indirect(gpu, state->inject, svo->counters, KD_ARGS_ALL * 4);
 }
@@ -87,7 +96,8 @@ static kd_system_desc inject_desc(inject_state *state)
         .name = "light_inject",
         .phase = KD_PHASE_LIGHT_INJECT,
         .where = KD_ON_GPU,
-        .components = {KD_USES(kd_svo), KD_USES(kd_lighting), KD_USES(kd_frame), KD_USES(kd_bounce)},
+        .components = {KD_USES(kd_svo), KD_USES(kd_lighting), KD_USES(kd_frame), KD_USES(kd_bounce),
+                       KD_USES(kd_emitters)},
         .resources = {{"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
                       {"svo.masks", KD_USE_STORAGE_READ},
                       {"svo.ranks", KD_USE_STORAGE_READ},
@@ -97,6 +107,7 @@ static kd_system_desc inject_desc(inject_state *state)
                       {"lights.uniform", KD_USE_UNIFORM},
                       {"shadow.maps", KD_USE_SAMPLED},
                       {"bounce", KD_USE_SAMPLED},
+                      {"emitters", KD_USE_UNIFORM},
                       {"tree.leaves", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
         .run_if = kd_frame_needs_voxels,
         .no_commands = true,
@@ -113,7 +124,9 @@ kd_status kd_lighting_import(kd_schedule *s)
     if (!state)
         return KD_NO_MEMORY;
     kd_system_desc desc = inject_desc(state);
-    kd_status status = kd_schedule_add(s, &desc);
+    kd_status status = emitters_import(s);
+    if (!status)
+        status = kd_schedule_add(s, &desc);
     if (status)
         return status;
     desc.name = "light_inject_again";

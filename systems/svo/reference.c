@@ -94,7 +94,7 @@ static void mark(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t wei
 
 /* What one voxel adds, before the weight. */
 typedef struct voxel_attributes {
-    uint32_t albedo[3], emission[3];
+    uint32_t albedo[3], emission[3], area;
     int32_t normal[3];
     bool double_sided;
 } voxel_attributes;
@@ -103,11 +103,12 @@ static voxel_attributes load_attributes(const svo_reference_source *source,
                                         const struct kd_voxel_segment *segment, uint32_t i,
                                         const uint32_t voxel[3])
 {
-    voxel_attributes a = {.double_sided = (source->color[segment->first + i] >> 24 & 1u) != 0};
+    uint32_t color = source->color[segment->first + i];
+    voxel_attributes a = {.double_sided = (color >> 24 & 1u) != 0, .area = color >> 25};
     const float *emissive = &source->objects[segment->object].emission.x;
     uint32_t share = source->shape[segment->first + i][1] >> 24;
     for (int k = 0; k < 3; k++) {
-        uint32_t root = source->color[segment->first + i] >> (8 * k) & 255u;
+        uint32_t root = color >> (8 * k) & 255u;
         a.albedo[k] = (root * root * 1023u + 32512u) / 65025u;
         a.normal[k] = (int32_t)(int8_t)(uint8_t)(voxel[2] >> (8 * k) & 255u);
         a.emission[k] = ((uint32_t)(emissive[k] * (float)KD_EMISSION_ONE + 0.5f) * share + 127u) / 255u;
@@ -129,6 +130,7 @@ static void add(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t weig
     }
     sum[10] += a->double_sided ? weight : 0;
     sum[11] += emissive ? weight : 0;
+    sum[12] += emissive ? a->area * weight : 0;
 }
 
 static void visit_layer(svo_reference *tree, const svo_reference_source *source, uint32_t layer, bool adding)
@@ -194,14 +196,21 @@ static uint32_t pack_emission(const uint32_t sums[3], uint32_t weight)
     return word | halvings << 27;
 }
 
+static uint32_t pack_area(uint32_t area, uint32_t emissive, uint32_t shared_by)
+{
+    uint32_t packed = emissive ? mean(area, emissive) * shared_by : 0;
+    return packed < 65535 ? packed : 65535;
+}
+
 static void pack_cell(const uint32_t sum[KD_SUM_WORDS], uint32_t cell[4])
 {
     uint32_t weight = sum[0] ? sum[0] : 1;
     cell[0] = mean(sum[1], weight) | mean(sum[2], weight) << 10 | mean(sum[3], weight) << 20;
     cell[1] = mean_signed(sum[4], weight) | mean_signed(sum[5], weight) << 8 |
               mean_signed(sum[6], weight) << 16 | mean(sum[10] * 255, weight) << 24;
-    cell[2] = pack_emission(sum + 7, emission_weight(sum[0], sum[11]));
-    cell[3] = sum[0];
+    uint32_t shared_by = emission_weight(sum[0], sum[11]);
+    cell[2] = pack_emission(sum + 7, shared_by);
+    cell[3] = (sum[0] < 65535 ? sum[0] : 65535) | pack_area(sum[12], sum[11], shared_by) << 16;
 }
 
 static kd_status build_layer(svo_reference *tree, const svo_reference_source *source, uint32_t layer)

@@ -107,39 +107,6 @@ static void shining_room_that_moves_is_too(void **state)
     (void)state, shining_room(128, 1, true);
 }
 
-/* Beside a bright lamp a dim one keeps its own radiance. */
-static void dim_lamp_keeps_its_radiance_beside_a_bright_one(void **state)
-{
-    (void)state;
-    voxel_world v = voxel_open((voxel_options){.span = 0.02f, .lit = true});
-    kd_material_desc bright = voxel_matte(0, 0, 0), dim = voxel_matte(0, 0, 0);
-    bright.emissive = (kd_vec3){10, 10, 10};
-    dim.emissive = (kd_vec3){0.5f, 0.5f, 0.5f};
-    voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.4f, 0.4f, 0.4f}, &bright, voxel_at(-0.7f, 0, 0));
-    kd_entity lamp = voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.4f, 0.4f, 0.4f}, &dim, voxel_at(0.7f, 0, 0));
-    /* stands still, and so keeps the cascades in the middle between the two */
-    voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){0.4f, 0.2f, 0.4f}, &dim, voxel_at(0.7f, 0.6f, 0));
-    voxel_frame(&v);
-    kd_find_mut(v.world, lamp, kd_transform)->position.y += 0.007f;
-    voxel_frame(&v);
-    atlas a = read_atlas(&v);
-    uint32_t seen = 0, cell[3];
-    for (cell[2] = 0; cell[2] < KD_DENSE; cell[2]++)
-        for (cell[1] = 0; cell[1] < KD_DENSE; cell[1]++)
-            for (cell[0] = KD_DENSE / 2 + 1; cell[0] < KD_DENSE; cell[0]++)
-                for (uint32_t direction = 0; direction < 6; direction++) {
-                    float texel[4];
-                    load(&a, 0, 0, cell, direction, texel);
-                    if (!(texel[3] > 0.05f))
-                        continue;
-                    assert_float_equal(texel[0] / texel[3], 0.5f, 0.01f);
-                    seen++;
-                }
-    assert_true(seen > 500);
-    free(a.texels);
-    voxel_close(&v);
-}
-
 /* ---- a wall ---- */
 
 /* A plane through all cascades, seen from its front, its back and along it. */
@@ -240,7 +207,6 @@ int main(void)
         cmocka_unit_test(shining_room_of_two_sparse_levels_is_too),
         cmocka_unit_test(shining_room_across_cascades_is_too),
         cmocka_unit_test(shining_room_that_moves_is_too),
-        cmocka_unit_test(dim_lamp_keeps_its_radiance_beside_a_bright_one),
         cmocka_unit_test(wall_stops_rays_at_every_level),
         cmocka_unit_test(wall_of_two_sparse_levels_does_too),
         cmocka_unit_test(what_leaves_is_emptied),

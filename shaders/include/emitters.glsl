@@ -1,0 +1,117 @@
+// Light of emitters (shaders/shared/emitters.h) at a point: each as a disc that faces it, with a narrow cone for its shadow.
+
+#include "shaders/include/cone.glsl"
+#include "shaders/include/color.glsl"
+#include "shaders/include/emitters_params.glsl"
+
+// Cosine that a sphere shows to a surface, of which it covers sine to the horizon's both sides: goes down to 0 smoothly while
+// the sphere sets.
+float setting_cosine(float cosine, float sine)
+{
+    float above = clamp(cosine + sine, 0.0, 2.0 * sine);
+    return cosine > sine ? cosine : above * above / (4.0 * sine);
+}
+
+#ifndef KD_COUNT_EMITTER_CONES
+void count_emitter_cone(int samples) {}
+#endif
+
+// Share of its area that an emitter shows to a ray along `direction`: its flat part the cosine, what glows in all directions
+// a quarter.
+float emitter_shown(kd_emitter e, vec3 direction)
+{
+    float directed = min(length(e.normal.xyz), 1.0), front = -dot(e.normal.xyz, direction);
+    return mix(max(front, 0.0), abs(front), e.normal.w) + 0.25 * (1.0 - directed) * (1.0 + e.normal.w);
+}
+
+// Mean radiance over the disc of its radius.
+vec3 emitter_radiance(kd_emitter e, vec3 direction)
+{
+    return e.power.rgb * (emitter_shown(e, direction) / max(3.14159265 * e.place.w * e.place.w, e.power.w));
+}
+
+// Irradiance / pi from emitter i on a surface with normal n, without shadow.
+// The disc's exact form factor on its axis, A / (pi d^2 + A), holds close by too.
+vec3 emitter_light(uint i, vec3 p_ws, vec3 n_ws)
+{
+    kd_emitter e = emitters.emitter[i];
+    vec3 to_it = e.place.xyz - p_ws;
+    float d2 = max(dot(to_it, to_it), 1e-8), inverse = inversesqrt(d2);
+    vec3 direction = to_it * inverse;
+    float shown = emitter_shown(e, direction);
+    float cosine = setting_cosine(dot(n_ws, direction), clamp(e.place.w * inverse, 1e-3, 1.0));
+    return e.power.rgb * (shown * cosine / (3.14159265 * d2 + e.power.w * shown));
+}
+
+// Narrow cones have far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through, of two voxels at least.
+cone_settings emitter_settings(cone_settings of)
+{
+    return cone_settings(of.step * 1.6, of.max_distance, of.falloff, 2.83);
+}
+
+// Share of an emitter's light that reaches a point. Its own cells are left out, and those that a sample there would touch.
+float emitter_visible(uint i, vec3 p_ws, float start, float least_tan, cone_settings settings)
+{
+    kd_emitter e = emitters.emitter[i];
+    vec3 to_it = e.place.xyz - p_ws;
+    float d = length(to_it), span = tree.cascade[min(tree_cascade_at(e.place.xyz, 0.5), tree_cascades() - 1)].w;
+    float tan_half = max(0.7 * e.place.w / max(d, 1e-6), least_tan);
+    settings.max_distance = d - e.place.w - 1.5 * max(span, tan_half * d);
+    if (settings.max_distance <= start)
+        return 1.0;
+    vec3 direction = to_it / d;
+    cone_result r = cone_trace(p_ws, direction, direction, tan_half, start, settings);
+    count_emitter_cone(r.samples);
+    return r.transmittance;
+}
+
+// Light of all emitters on a surface at place_ws: `samples` of them, drawn by how much they would light it, stand for all.
+// Four variants take strata between each other, so that the mean of four neighbours has four times as many. Shadows are
+// traced from origin_ws.
+vec3 emitters_light(vec3 place_ws, vec3 origin_ws, vec3 n_ws, float start, float least_tan, uint samples, uint variant,
+                    cone_settings settings)
+{
+    uint count = emitters.info.x;
+    float all_of_it = 0.0;
+    for (uint i = 0u; i < count; i++)
+        all_of_it += color_luminance(emitter_light(i, place_ws, n_ws));
+    vec3 sum = vec3(0.0);
+    if (all_of_it <= 0.0)
+        return sum;
+    float each = all_of_it / float(samples);
+    for (uint k = 0u; k < samples; k++) {
+        float target = each * (float(k) + (float(variant) + 0.5) * 0.25), before = 0.0;
+        uint pick = 0u;
+        for (uint i = 0u; i < count; i++) {
+            before += color_luminance(emitter_light(i, place_ws, n_ws));
+            pick += uint(before < target);
+        }
+        pick = min(pick, count - 1u);
+        vec3 light = emitter_light(pick, place_ws, n_ws);
+        float seen = emitter_visible(pick, origin_ws, start, least_tan, settings);
+        sum += light * (seen * each / max(color_luminance(light), 1e-20));
+    }
+    return sum;
+}
+
+// Radiance that emitters send along a reflection: each is a disc that covers a part of the cone. The shadow is that of the
+// one that gives most.
+vec3 emitters_reflected(vec3 place_ws, vec3 origin_ws, vec3 direction, float tan_half, float start, cone_settings settings)
+{
+    vec3 sum = vec3(0.0);
+    float most = 0.0, own = atan(tan_half);
+    uint best = 0u;
+    for (uint i = 0u; i < emitters.info.x; i++) {
+        kd_emitter e = emitters.emitter[i];
+        vec3 to_it = e.place.xyz - place_ws;
+        float d = max(length(to_it), 1e-4), radius = atan(e.place.w / d);
+        float apart = acos(clamp(dot(to_it, direction) / d, -1.0, 1.0));
+        float smaller = min(radius, own), inside = 1.0 - smoothstep(abs(radius - own), radius + own, apart);
+        vec3 light = emitter_radiance(e, to_it / d) * (inside * smaller * smaller / (own * own));
+        sum += light;
+        float given = color_luminance(light);
+        best = given > most ? i : best;
+        most = max(most, given);
+    }
+    return most > 0.0 ? sum * emitter_visible(best, origin_ws, start, tan_half, settings) : vec3(0.0);
+}

@@ -1,0 +1,65 @@
+// Adds up the leaves that glow by blocks (shaders/shared/emitters.h). One invocation a leaf slot.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/linear.glsl"
+#include "shaders/include/tree_params.glsl"
+#include "shaders/include/svo_book.glsl"
+#include "shaders/include/morton.glsl"
+#include "shaders/include/cell_load.glsl"
+#include "shaders/shared/emitters.h"
+
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells
+layout(std430, binding = 6) buffer sums_block { uint sums[]; };
+
+// Area that shows, in faces: that of the mesh, but no more than a cell can show. What a mesh has beyond that hides in itself.
+// One plane of unit normal n cuts at most a face over its largest part out of a cell; bent surfaces fill |nx| + |ny| + |nz|
+// cells a face; where normals cancel two sides of something thin are in the cell, turned anyhow.
+float area_shown(cell_attributes a)
+{
+    float gathered = length(a.normal), coverage = min(float(a.weight) / 256.0, 1.0);
+    vec3 n = abs(a.normal);
+    float flat_one = gathered / max(n.x, max(n.y, max(n.z, 1e-3))), bent = gathered / max(n.x + n.y + n.z, 1e-3);
+    float most = mix(mix(4.0 / 3.0, bent, min(gathered, 1.0)), flat_one, smoothstep(0.85, 0.98, gathered));
+    return min(a.area, coverage * most);
+}
+
+void add(uint at, cell_attributes a, uvec3 cell)
+{
+    float area = area_shown(a);
+    uvec3 power = uvec3(round(a.emission * (area * KD_EMITTER_AREA_ONE * KD_EMITTER_RADIANCE_ONE)));
+    float brightest = max(a.emission.r, max(a.emission.g, a.emission.b));
+    uint weight = uint(clamp(round(area * brightest * KD_EMITTER_AREA_ONE), 1.0, KD_EMITTER_AREA_ONE));
+    uvec3 first = weight * (2u * cell + 1u); // half cells
+    uvec3 second = weight * (cell * cell + cell);
+    float gathered = max(length(a.normal), 1e-3);
+    ivec3 normal = ivec3(round(a.normal * (min(gathered * 1.1, 1.0) / gathered * 127.0))) * int(weight);
+    for (int k = 0; k < 3; k++) {
+        atomicAdd(sums[at + uint(k)], power[k]);
+        atomicAdd(sums[at + 3u + uint(k)], first[k]);
+        atomicAdd(sums[at + 6u + uint(k)], second[k]);
+        atomicAdd(sums[at + 9u + uint(k)], uint(normal[k]));
+    }
+    atomicAdd(sums[at + 12u], uint(round(a.double_sided * float(weight))));
+    atomicAdd(sums[at + 13u], weight);
+    atomicAdd(sums[at + 14u], uint(round(area * KD_EMITTER_AREA_ONE)));
+}
+
+void main()
+{
+    uint parent = linear_index() >> 3, k = linear_index() & 7u;
+    if (parent >= min(counters[KD_COUNT_HIGH], places.size.x))
+        return;
+    uint code = book[places.codes[pass.x] + parent];
+    if (code == KD_EMPTY)
+        return;
+    code = code * 8u + k;
+    cell_attributes a = cell_load(parent * 8u + k, code, pass.y, pass.z);
+    if (a.weight == 0u || all(lessThanEqual(a.emission, vec3(0.0))))
+        return;
+    uint c = code >> (3u * tree.info.z);
+    uvec3 cell = uvec3(cell_unwrap(c, morton_decode(code & ((1u << (3u * tree.info.z)) - 1u))));
+    uint shift = tree.info.w + uint(KD_EMITTER_BLOCK_LOG2);
+    uvec3 block = cell >> shift, within = cell & ((1u << shift) - 1u);
+    uint at = ((c * uint(KD_EMITTER_BLOCKS) + block.z) * uint(KD_EMITTER_BLOCKS) + block.y) * uint(KD_EMITTER_BLOCKS) + block.x;
+    add(at * KD_EMITTER_WORDS, a, within);
+}
