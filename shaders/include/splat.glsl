@@ -52,20 +52,30 @@ ivec3 splat_cell(splat s, uint i)
     return s.cell + ivec3(uvec3(i, i >> 1, i >> 2) & 1u);
 }
 
-// Does cascade c own this cell?
-bool splat_owned(uint c, ivec3 cell)
+// Corners of a block on whose near and far cells the three axes say yes, one bit each.
+uint splat_corners_where(bvec3 near, bvec3 far)
 {
-    return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, ivec3(int(tree.info.y)))) && !in_finer_cascade(c, cell);
+    uvec3 sides = mix(uvec3(0u), uvec3(0x55u, 0x33u, 0x0Fu), near) | mix(uvec3(0u), uvec3(0xAAu, 0xCCu, 0xF0u), far);
+    return sides.x & sides.y & sides.z;
+}
+
+// Corners of the block at `cell` that cascade c owns: inside it, and not in the central half, which the finer one covers.
+uint splat_owned(uint c, ivec3 cell)
+{
+    uvec3 near = uvec3(cell), far = uvec3(cell + 1), edge = uvec3(tree.info.y), quarter = edge >> 2u;
+    uint inside = splat_corners_where(lessThan(near, edge), lessThan(far, edge));
+    uint finer = splat_corners_where(lessThan(near - quarter, 2u * quarter), lessThan(far - quarter, 2u * quarter));
+    return c > 0u ? inside & ~finer : inside;
 }
 
 // Corners that leave a mark in cascade c, one bit each. Loops go over these bits alone: most voxels that stand still cover one
 // cell, and software drivers run a loop's body for what is masked off too.
 uint splat_corners(splat s, uint c)
 {
-    uint corners = 0u;
+    uint marked = 0u;
     for (uint i = 0u; i < 8u; i++)
-        corners |= uint(splat_weight(s, i) >= SPLAT_MIN_WEIGHT && splat_owned(c, splat_cell(s, i))) << i;
-    return corners;
+        marked |= uint(splat_weight(s, i) >= SPLAT_MIN_WEIGHT) << i;
+    return marked & splat_owned(c, s.cell);
 }
 
 // Page words of a splat: cells from -1 are stored one higher.

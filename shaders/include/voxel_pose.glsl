@@ -7,10 +7,15 @@
 #include "shaders/include/voxel_pack.glsl"
 #include "shaders/include/rigid.glsl"
 
-layout(std430, binding = 4) readonly buffer binding_block { uint binding_words[]; };
 layout(binding = 0) uniform samplerBuffer joint_rows;    // rgba32f, three rows a joint
 layout(binding = 1) uniform usamplerBuffer deformed;     // r32ui: the geometry stream
 layout(binding = 2) uniform usamplerBuffer index_stream; // r32ui
+layout(binding = 3) uniform usamplerBuffer bindings;     // r32ui, three words a voxel
+
+uint binding_word(uint binding_at, uint k)
+{
+    return texelFetch(bindings, int(binding_at * KD_BINDING_WORDS + k)).r;
+}
 
 struct posed {
     vec3 position_ws;
@@ -24,12 +29,11 @@ posed pose_rigid(kd_voxel_object_params o, vec3 p, vec3 n)
     return posed(rigid_position(o, p), rigid_normal(o, n), transpose(rows));
 }
 
-posed pose_skinned(kd_voxel_object_params o, uint binding_at, vec3 p, vec3 n)
+posed pose_skinned(uint first_joint, uint binding_at, vec3 p, vec3 n)
 {
-    uint at = binding_at * KD_BINDING_WORDS;
-    uint low = binding_words[at], high = binding_words[at + 1u];
-    uvec4 joint = uvec4(low & 0xFFFFu, low >> 16, high & 0xFFFFu, high >> 16) + o.info.y;
-    vec4 weight = unpackUnorm4x8(binding_words[at + 2u]);
+    uint low = binding_word(binding_at, 0u), high = binding_word(binding_at, 1u);
+    uvec4 joint = uvec4(low & 0xFFFFu, low >> 16, high & 0xFFFFu, high >> 16) + first_joint;
+    vec4 weight = unpackUnorm4x8(binding_word(binding_at, 2u));
     weight /= dot(weight, vec4(1.0));
     vec4 r0 = vec4(0.0), r1 = vec4(0.0), r2 = vec4(0.0);
     for (int k = 0; k < 4; k++) {
@@ -60,9 +64,8 @@ vec3 deformed_normal(uint vertex)
 
 posed pose_attached(kd_voxel_object_params o, uint binding_at)
 {
-    uint at = binding_at * KD_BINDING_WORDS;
-    int first = int(o.info.z + binding_words[at] * 3u);
-    vec2 yz = unpackUnorm2x16(binding_words[at + 1u]);
+    int first = int(o.info.z + binding_word(binding_at, 0u) * 3u);
+    vec2 yz = unpackUnorm2x16(binding_word(binding_at, 1u));
     vec3 bary = vec3(1.0 - yz.x - yz.y, yz);
     vec3 p = vec3(0.0), n = vec3(0.0);
     for (int k = 0; k < 3; k++) {
@@ -77,5 +80,5 @@ posed pose_attached(kd_voxel_object_params o, uint binding_at)
 posed voxel_pose(kd_voxel_object_params o, uint binding_at, vec3 p, vec3 n)
 {
     return o.info.x == KD_VOXEL_RIGID ? pose_rigid(o, p, n)
-         : o.info.x == KD_VOXEL_SKINNED ? pose_skinned(o, binding_at, p, n) : pose_attached(o, binding_at);
+         : o.info.x == KD_VOXEL_SKINNED ? pose_skinned(o.info.y, binding_at, p, n) : pose_attached(o, binding_at);
 }

@@ -77,6 +77,18 @@ struct kd_voxel_segment {
     KD_UINT chunk_cascade; /* chunk | cascade << 28 */
 };
 
+/* Work of the transform of the dynamic layer: arguments, counts and lists of groups of voxels by kind (words), and a record
+ * of what a segment's voxels share (texels of four words): origin and span of the chunk; first voxel, count, cascade, first
+ * binding; object, then the last three of its info. */
+#define KD_MOVING_GROUP 64u    /* voxels a work group brings to the world */
+#define KD_MOVING_GROUPS 16u   /* of a segment */
+#define KD_MOVING_KINDS 3u
+#define KD_MOVING_RECORD 3u
+#define KD_MOVING_ARGS(kind) (3u * (kind))
+#define KD_MOVING_COUNT(kind) (9u + (kind))
+#define KD_MOVING_HEAD 12u
+#define KD_MOVING_LIST(kind, slots) (KD_MOVING_HEAD + (kind) * (slots) * KD_MOVING_GROUPS)
+
 /* Part of a cascade whose static cells are built anew, in cells from the cascade's low corner. */
 struct kd_stale_box {
     ivec4 low;           /* w: cascade */

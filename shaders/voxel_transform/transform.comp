@@ -1,48 +1,80 @@
-// Brings the cached voxels of the dynamic layer to the world: rigid by the object's matrix, skinned by the blend of the voxel's own
-// weights, attached (morphing) by the surface point that it is tied to. Writes the page voxel and, unless KD_UNMARKED, marks the
-// cells that it covers in the layer's mask.
-//
-// One row of work groups a segment; empty slots end at once.
+// Brings cached voxels of the dynamic layer to the world and writes them to the pages; marks the cells that they cover in the
+// layer's mask, unless KD_UNMARKED. One program a kind of object, over the groups that list.comp has listed: KD_SKINNED blends
+// the joints by the voxel's own weights, KD_ATTACHED follows the surface point that it is tied to, neither: the object's matrix.
+// What all voxels read comes through texel buffers, which software drivers gather several times faster than storage.
 // Source: Yalciner 2016, section 4.3 (transformation) and 4.7; the coverage splat is ours.
-layout(local_size_x = 128) in;
+layout(local_size_x = 64) in;
 
 #include "shaders/include/splat.glsl"
 #include "shaders/include/morton.glsl"
 #include "shaders/include/voxel_pose.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: segment slots
-layout(std430, binding = 0) readonly buffer segments_block { kd_voxel_segment segments[]; };
-layout(std430, binding = 1) readonly buffer objects_block { kd_voxel_object_params objects[]; };
-layout(std430, binding = 2) readonly buffer chunks_block { kd_voxel_chunk_params chunks[]; };
-layout(std430, binding = 3) readonly buffer shape_block { uvec2 shape[]; };
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: segment slots, y: kind
+layout(binding = 4) uniform usamplerBuffer records;     // rgba32ui, KD_MOVING_RECORD a segment
+layout(binding = 5) uniform usamplerBuffer shapes;      // rg32ui, the cache's
+layout(binding = 6) uniform samplerBuffer object_rows;  // rgba32f, kd_voxel_object_params
+layout(std430, binding = 4) readonly buffer work_block { uint work[]; };
 layout(std430, binding = 5) writeonly buffer voxels_block { uint voxels[]; };
+
+const int OBJECT_ROWS = 8;
+
+posed pose_of(uvec4 object, uint binding_at, vec3 p, vec3 n)
+{
+#ifdef KD_SKINNED
+    return pose_skinned(object.y, binding_at, p, n);
+#else
+    kd_voxel_object_params o;
+    int row = int(object.x) * OBJECT_ROWS;
+    for (int k = 0; k < 3; k++) {
+        o.model_ws[k] = texelFetch(object_rows, row + k);
+        o.normal_ws[k] = texelFetch(object_rows, row + 3 + k);
+    }
+    o.info = object;
+#ifdef KD_ATTACHED
+    return pose_attached(o, binding_at);
+#else
+    return pose_rigid(o, p, n);
+#endif
+#endif
+}
+
 #ifndef KD_UNMARKED
 layout(std430, binding = 6) buffer mask_block { uint mask[]; };
 
+// A cell is marked by seven voxels in the mean: all but the first find the bit there and need no atomic.
 void mark(uint c, splat s)
 {
+    uvec3 near = cell_wrap(c, s.cell), far = cell_wrap(c, s.cell + 1);
+    uvec3 near_code = uvec3(morton_spread(near.x), morton_spread(near.y) << 1, morton_spread(near.z) << 2);
+    uvec3 far_code = uvec3(morton_spread(far.x), morton_spread(far.y) << 1, morton_spread(far.z) << 2);
     uint first = cascade_first_bit(c);
     for (uint corners = splat_corners(s, c); corners != 0u; corners &= corners - 1u) {
-        uint bit = first + morton_encode(cell_wrap(c, splat_cell(s, uint(findLSB(corners)))));
-        atomicOr(mask[bit >> 5], 1u << (bit & 31u));
+        uint k = uint(findLSB(corners));
+        uvec3 code = mix(near_code, far_code, notEqual(uvec3(k, k >> 1, k >> 2) & 1u, uvec3(0u)));
+        uint bit = first | code.x | code.y | code.z, flag = 1u << (bit & 31u);
+        if ((mask[bit >> 5] & flag) == 0u)
+            atomicOr(mask[bit >> 5], flag);
     }
 }
 #endif
 
 void main()
 {
-    uint slot = gl_WorkGroupID.y, i = gl_GlobalInvocationID.x;
-    kd_voxel_segment segment = segments[slot];
-    if (i >= segment.count)
+    uint entry = gl_WorkGroupID.y * KD_GROUP_ROW + gl_WorkGroupID.x;
+    bool listed = entry < work[KD_MOVING_COUNT(pass.y)];
+    uint group = listed ? work[KD_MOVING_LIST(pass.y, pass.x) + entry] : 0u, slot = group / KD_MOVING_GROUPS;
+    uint i = group % KD_MOVING_GROUPS * KD_MOVING_GROUP + gl_LocalInvocationIndex;
+    int record = int(slot * KD_MOVING_RECORD);
+    uvec4 segment = texelFetch(records, record + 1);
+    if (!listed || i >= segment.y)
         return;
-    uint c = segment.chunk_cascade >> 28;
-    kd_voxel_chunk_params chunk = chunks[segment.chunk_cascade & 0xFFFFFFFu];
-    kd_voxel_object_params o = objects[segment.object];
-    uvec2 cached = shape[segment.first + i];
-    vec3 p = rigid_model_position(chunk, cached.x);
-    vec3 n = vec3(snorm8_unpack(cached.y)) / 127.0;
-    uint binding_at = chunk.info.z + segment.first + i - chunk.info.x;
-    posed v = voxel_pose(o, binding_at, p, n);
+    vec4 origin = uintBitsToFloat(texelFetch(records, record));
+    uvec2 cached = texelFetch(shapes, int(segment.x + i)).rg;
+    kd_voxel_chunk_params chunk;
+    chunk.origin = origin;
+    uint c = segment.z;
+    vec3 p = rigid_model_position(chunk, cached.x), n = vec3(snorm8_unpack(cached.y)) / 127.0;
+    posed v = pose_of(texelFetch(records, record + 2), segment.w + i, p, n);
     uint at = (slot * KD_SEGMENT_VOXELS + i) * 3u;
     precise vec3 position = v.position_ws / tree.cascade[c].w;
     if (!splat_inside(c, position)) {

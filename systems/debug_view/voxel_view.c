@@ -103,9 +103,8 @@ static void bind_source(kd_system_context *context, voxel_view *v, voxel_source 
         kd_gpu_bind_storage(gpu, 1, scene->object_params);
         kd_gpu_bind_storage(gpu, 2, scene->chunk_params);
         kd_gpu_bind_storage(gpu, 3, scene->cache_shape);
-        kd_gpu_bind_storage(gpu, 4, kd_pose_access_or_none(&v->pose, scene->cache_binding));
         kd_pose_access_bind(gpu, &v->pose, kd_singleton(context->world, kd_scene_store),
-                            kd_singleton(context->world, kd_joint_palette));
+                            kd_singleton(context->world, kd_joint_palette), scene->cache_binding);
     } else if (source == STATIC_PAGES) {
         kd_gpu_bind_storage(gpu, 1, scene->pages[KD_LAYER_STATIC].segments);
         kd_gpu_bind_storage(gpu, 2, scene->object_params);
@@ -268,7 +267,7 @@ kd_status debug_view_add_voxels(kd_schedule *s)
                                   .resources = {{"voxels.pages", KD_USE_STORAGE_READ},
                                                 {"voxels.objects", KD_USE_STORAGE_READ},
                                                 {"voxels.chunks", KD_USE_STORAGE_READ},
-                                                {"voxels.cache", KD_USE_STORAGE_READ},
+                                                {"voxels.cache", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
                                                 {"scene.vertices", KD_USE_SAMPLED},
                                                 {"scene.indices", KD_USE_SAMPLED},
                                                 {"scene.joints", KD_USE_SAMPLED},

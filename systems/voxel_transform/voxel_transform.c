@@ -6,41 +6,17 @@
 #include <stdlib.h>
 
 #include "components/frame.h"
-#include "components/pose_access.h"
 #include "components/svo.h"
 #include "components/voxel_scene.h"
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
-
-enum { GROUP = 128 };
+#include "systems/voxel_transform/moving.h"
 
 typedef struct transform_state {
-    kd_gpu_program dynamic, unmarked, patches, cull, cull_args, mark_static;
-    kd_pose_access pose;
+    kd_gpu_program patches, cull, cull_args, mark_static;
+    moving_voxels moving;
     uint64_t bytes;
 } transform_state;
-
-static void transform_dynamic(kd_system_context *context, transform_state *state, const kd_voxel_scene *scene,
-                              const kd_svo *svo)
-{
-    kd_gpu *gpu = context->gpu;
-    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
-    size_t mask_bytes = (size_t)svo->layer_words * 4;
-    uint32_t slots = pages->page_count * KD_PAGE_SEGMENTS, pass[4] = {slots, 0, 0, 0};
-    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
-    kd_gpu_bind_storage(gpu, 0, pages->segments);
-    kd_gpu_bind_storage(gpu, 1, scene->object_params);
-    kd_gpu_bind_storage(gpu, 2, scene->chunk_params);
-    kd_gpu_bind_storage(gpu, 3, scene->cache_shape);
-    kd_gpu_bind_storage(gpu, 4, kd_pose_access_or_none(&state->pose, scene->cache_binding));
-    kd_gpu_bind_storage(gpu, 5, pages->voxels);
-    kd_gpu_bind_storage_range(gpu, 6, svo->masks, mask_bytes, mask_bytes);
-    kd_pose_access_bind(gpu, &state->pose, kd_singleton(context->world, kd_scene_store),
-                        kd_singleton(context->world, kd_joint_palette));
-    kd_gpu_dispatch(gpu, scene->build == KD_SVO_BUILD_ORDERFREE ? state->dynamic : state->unmarked,
-                    KD_SEGMENT_VOXELS / GROUP, slots, 1);
-    state->bytes += pages->voxel_count * (8 + 12 + 4);
-}
 
 static void bind_static(kd_gpu *gpu, const kd_voxel_scene *scene)
 {
@@ -100,6 +76,14 @@ static void mark_static(kd_gpu *gpu, const transform_state *state, kd_voxel_scen
     kd_gpu_dispatch_indirect(gpu, state->mark_static, scene->stale, 0);
 }
 
+static void transform_dynamic(kd_system_context *context, transform_state *state, const kd_voxel_scene *scene,
+                              const kd_svo *svo)
+{
+    if (moving_transform(context, &state->moving, scene, svo) != KD_OK)
+        kd_log(KD_LOG_WARNING, "voxel transform: no memory to list moving voxels; they stay as they are");
+    state->bytes += scene->pages[KD_LAYER_DYNAMIC].voxel_count * (8 + 12 + 4);
+}
+
 static void run(kd_system_context *context)
 {
     transform_state *state = context->user;
@@ -133,28 +117,22 @@ static kd_status init(kd_system_context *context)
 {
     transform_state *state = context->user;
     kd_gpu *gpu = context->gpu;
-    const char *unmarked[] = {"KD_UNMARKED 1", NULL};
-    state->dynamic = program(gpu, "shaders/voxel_transform/transform.comp");
-    state->unmarked =
-        kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_transform/transform.comp",
-                                                        .defines = unmarked});
     state->patches = program(gpu, "shaders/voxel_transform/patches.comp");
     state->cull = program(gpu, "shaders/voxel_transform/cull.comp");
     state->cull_args = program(gpu, "shaders/voxel_transform/cull_args.comp");
     state->mark_static = program(gpu, "shaders/voxel_transform/mark_static.comp");
-    bool all = state->dynamic.id && state->unmarked.id && state->patches.id && state->cull.id &&
-               state->cull_args.id && state->mark_static.id;
-    return all ? kd_pose_access_init(gpu, &state->pose) : KD_GPU;
+    bool all = state->patches.id && state->cull.id && state->cull_args.id && state->mark_static.id;
+    kd_status status = moving_init(gpu, &state->moving);
+    return all ? status : KD_GPU;
 }
 
 static void fini(kd_system_context *context)
 {
     transform_state *state = context->user;
-    kd_gpu_program programs[] = {state->dynamic, state->unmarked,  state->patches,
-                                 state->cull,    state->cull_args, state->mark_static};
+    kd_gpu_program programs[] = {state->patches, state->cull, state->cull_args, state->mark_static};
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
         kd_gpu_destroy_program(context->gpu, programs[i]);
-    kd_pose_access_fini(context->gpu, &state->pose);
+    moving_fini(context->gpu, &state->moving);
     free(state);
 }
 
@@ -171,9 +149,9 @@ kd_status kd_voxel_transform_import(kd_schedule *s)
                                .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_svo), KD_USES(kd_frame),
                                               KD_USES(kd_scene_store), KD_USES(kd_joint_palette)},
                                .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                                             {"voxels.objects", KD_USE_STORAGE_READ},
+                                             {"voxels.objects", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
                                              {"voxels.chunks", KD_USE_STORAGE_READ},
-                                             {"voxels.cache", KD_USE_STORAGE_READ},
+                                             {"voxels.cache", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
                                              {"scene.vertices", KD_USE_SAMPLED},
                                              {"scene.indices", KD_USE_SAMPLED},
                                              {"scene.joints", KD_USE_SAMPLED},
