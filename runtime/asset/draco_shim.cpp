@@ -15,7 +15,8 @@ struct draco_shim {
 namespace
 {
 
-template <typename T> bool read(const draco::Mesh &mesh, const draco::PointAttribute &from, int width, void *out)
+template <typename T>
+bool read(const draco::Mesh &mesh, const draco::PointAttribute &from, int width, void *out)
 {
     T *row = static_cast<T *>(out);
     for (uint32_t i = 0; i < mesh.num_points(); i++, row += width)

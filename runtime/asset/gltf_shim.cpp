@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <climits>
+#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <fstream> /* tinygltf's writers need it */
@@ -567,45 +568,107 @@ std::string real_errors(std::string text)
     return text;
 }
 
-/* tinygltf refuses indices without a view, which is how Draco's stand in a file. Give those of packed
- * primitives one, and say which they are. Returns the new text, nothing when the old one does. */
-std::string lend_views(const char *text, size_t size, std::vector<size_t> &lent)
+/* What is changed in the text before tinygltf sees it, which refuses or drops what two extensions leave out.
+ */
+struct edits {
+    std::string text;                  /* nothing: it stays as it is */
+    std::vector<size_t> lent;          /* accessors that were given a view */
+    std::vector<std::string> pointers; /* of channels that move what is not animated here */
+};
+
+bool mentions(const char *text, size_t size, const char *extension)
 {
-    static const char key[] = "\"KHR_draco_mesh_compression\"";
-    if (std::search(text, text + size, key, key + sizeof key - 1) == text + size)
-        return "";
-    nlohmann::json json = nlohmann::json::parse(text, text + size, nullptr, false);
-    nlohmann::json none = nlohmann::json::array();
-    auto list = [&](nlohmann::json &from, const char *name) -> nlohmann::json & {
-        return from.is_object() && from.contains(name) && from[name].is_array() ? from[name] : none;
-    };
-    nlohmann::json &accessors = list(json, "accessors");
-    for (auto &mesh : list(json, "meshes"))
-        for (auto &primitive : list(mesh, "primitives")) {
-            if (!primitive.is_object() || !primitive.value("extensions", nlohmann::json::object())
-                                               .contains("KHR_draco_mesh_compression"))
-                continue;
-            auto indices = primitive.find("indices");
-            if (indices == primitive.end() || !indices->is_number_unsigned() ||
+    std::string key = std::string("\"") + extension + "\"";
+    return std::search(text, text + size, key.begin(), key.end()) != text + size;
+}
+
+nlohmann::json &list_of(nlohmann::json &from, const char *name)
+{
+    static thread_local nlohmann::json none;
+    none = nlohmann::json::array();
+    return from.is_object() && from.contains(name) && from[name].is_array() ? from[name] : none;
+}
+
+const nlohmann::json *extension_of(const nlohmann::json &object, const char *name)
+{
+    if (!object.is_object() || !object.contains("extensions") || !object["extensions"].is_object() ||
+        !object["extensions"].contains(name))
+        return nullptr;
+    return &object["extensions"][name];
+}
+
+/* KHR_draco_mesh_compression: indices stand without a view. */
+bool lend_views(nlohmann::json &json, edits &out)
+{
+    nlohmann::json &accessors = json["accessors"];
+    for (auto &mesh : list_of(json, "meshes"))
+        for (auto &primitive : list_of(mesh, "primitives")) {
+            auto indices = primitive.is_object() ? primitive.find("indices") : primitive.end();
+            if (!extension_of(primitive, "KHR_draco_mesh_compression") || indices == primitive.end() ||
+                !indices->is_number_unsigned() || !accessors.is_array() ||
                 indices->get<size_t>() >= accessors.size())
                 continue;
             auto &accessor = accessors[indices->get<size_t>()];
             if (!accessor.is_object() || accessor.contains("bufferView"))
                 continue;
             accessor["bufferView"] = 0;
-            lent.push_back(indices->get<size_t>());
+            out.lent.push_back(indices->get<size_t>());
         }
-    return lent.empty() ? "" : json.dump();
+    return !out.lent.empty();
+}
+
+/* KHR_animation_pointer: "/nodes/3/rotation" is what a channel says without it. */
+bool name_nodes(nlohmann::json &json, edits &out)
+{
+    bool changed = false;
+    for (auto &clip : list_of(json, "animations"))
+        for (auto &channel : list_of(clip, "channels")) {
+            if (!channel.is_object() || !channel.contains("target"))
+                continue;
+            auto &target = channel["target"];
+            const nlohmann::json *extension = extension_of(target, "KHR_animation_pointer");
+            if (!extension || !extension->is_object() || !extension->contains("pointer") ||
+                !(*extension)["pointer"].is_string())
+                continue;
+            std::string pointer = (*extension)["pointer"];
+            int node, end = 0;
+            char path[12];
+            if (std::sscanf(pointer.c_str(), "/nodes/%9d/%11[a-z]%n", &node, path, &end) == 2 &&
+                static_cast<size_t>(end) == pointer.size() && node >= 0) {
+                target["node"] = node;
+                target["path"] = path;
+                changed = true;
+            } else {
+                out.pointers.push_back(pointer);
+            }
+        }
+    return changed;
+}
+
+edits edit(const char *text, size_t size)
+{
+    edits out;
+    bool draco = mentions(text, size, "KHR_draco_mesh_compression");
+    bool pointer = mentions(text, size, "KHR_animation_pointer");
+    if (!draco && !pointer)
+        return out;
+    nlohmann::json json = nlohmann::json::parse(text, text + size, nullptr, false);
+    if (!json.is_object())
+        return out;
+    bool lent = draco && json.contains("accessors") && lend_views(json, out);
+    bool named = pointer && name_nodes(json, out);
+    if (lent || named)
+        out.text = json.dump();
+    return out;
 }
 
 void parse(copier &to, gltf_document &out, const char *text, size_t size, const gltf_scan *scan)
 {
     tinygltf::TinyGLTF loader;
-    std::vector<size_t> lent;
-    const std::string changed = lend_views(text, size, lent);
-    if (!changed.empty()) {
-        text = changed.data();
-        size = changed.size();
+    const edits edited = edit(text, size);
+    if (!edited.text.empty()) {
+        text = edited.text.data();
+        size = edited.text.size();
     }
     tinygltf::Model model;
     std::string error, warning;
@@ -618,8 +681,9 @@ void parse(copier &to, gltf_document &out, const char *text, size_t size, const 
     if (!error.empty())
         throw malformed(error);
     copy_model(to, out, model);
-    for (size_t accessor : lent)
+    for (size_t accessor : edited.lent)
         out.accessors[accessor].view = -1;
+    out.unread_pointers = to.strings(edited.pointers);
     if (out.version[0] != '2')
         return; /* older files have other kinds of lists; the version is refused by whoever asks */
     copy_buffers(to, out, scan);

@@ -161,12 +161,49 @@ static void scenes_are_chosen_by_name(void **state)
     assert_int_equal(seen_messages.errors, 1);
 }
 
+/* ---- KHR_animation_pointer ---- */
+
+static void pointers_to_nodes_are_channels(void **state)
+{
+    struct {
+        float triangle[9], times[2], values[2][3];
+    } data = {.times = {0, 1}, .values = {{0, 0, 0}, {1, 2, 3}}};
+    (void)state;
+    memcpy(data.triangle, triangle, sizeof triangle);
+    kd_model *m = load_good(
+        "{'asset':{'version':'2.0'},'extensionsUsed':['KHR_animation_pointer'],"
+        "'extensionsRequired':['KHR_animation_pointer'],'nodes':[{'name':'a'},{'name':'b','mesh':0}],"
+        "'animations':[{'samplers':[{'input':1,'output':2}],'channels':["
+        "{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{"
+        "'pointer':'/nodes/1/translation'}}}},"
+        "{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{"
+        "'pointer':'/materials/0/emissiveFactor'}}}}]}],"
+        "'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}],'accessors':[" TRIANGLE
+        ",{'bufferView':1,'componentType':5126,'count':2,'type':'SCALAR','min':[0],'max':[1]},"
+        "{'bufferView':2,'componentType':5126,'count':2,'type':'VEC3'}],'bufferViews':["
+        "{'buffer':0,'byteLength':36},{'buffer':0,'byteOffset':36,'byteLength':8},"
+        "{'buffer':0,'byteOffset':44,'byteLength':24}],'buffers':[{'uri':'data.bin','byteLength':68}]}",
+        &data, sizeof data);
+    assert_int_equal(m->clip_count, 1);
+    assert_int_equal(m->clips[0].channel_count, 1);
+    assert_int_equal(m->clips[0].channels[0].node, 1);
+    assert_int_equal(m->clips[0].channels[0].path, KD_PATH_TRANSLATION);
+    assert_memory_equal(m->clips[0].channels[0].values, data.values, sizeof data.values);
+    assert_int_equal(m->warning_count, 1);
+    assert_non_null(strstr(m->warnings[0], "/materials/0/emissiveFactor"));
+    kd_model_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(copies_become_nodes),       cmocka_unit_test(copies_with_one_part_keep_the_rest),
-        cmocka_unit_test(bad_copies_are_refused),    cmocka_unit_test(hidden_nodes_show_nothing_below),
-        cmocka_unit_test(variants_choose_materials), cmocka_unit_test(scenes_are_chosen_by_name),
+        cmocka_unit_test(copies_become_nodes),
+        cmocka_unit_test(copies_with_one_part_keep_the_rest),
+        cmocka_unit_test(bad_copies_are_refused),
+        cmocka_unit_test(hidden_nodes_show_nothing_below),
+        cmocka_unit_test(variants_choose_materials),
+        cmocka_unit_test(scenes_are_chosen_by_name),
+        cmocka_unit_test(pointers_to_nodes_are_channels),
     };
     return cmocka_run_group_tests(tests, NULL, remove_folder);
 }
