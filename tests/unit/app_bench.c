@@ -67,11 +67,49 @@ static void what_cannot_be_written_is_said(void **state)
     assert_non_null(strstr(read_file("out"), "--json FILE"));
 }
 
+static void write_scene(void)
+{
+    FILE *file = fopen("scene.lua", "wb");
+    assert_non_null(file);
+    fputs("kandil.scene { size = {16, 16} }\n"
+          "kandil.set('voxels.span', 0.05) kandil.set('voxels.cascades', 1)\n"
+          "kandil.spawn { mesh = { shape = 'box', size = {1, 1, 1} } }\n"
+          "kandil.spawn { camera = {}, transform = { position = {0, 1, 3}, look_at = {0, 0, 0} } }\n",
+          file);
+    fclose(file);
+}
+
+/* Stages of a scene: what is in no cascade is said, every stage has its row with what copying would take, and
+ * one layer and two see the same voxels. */
+static void stages_of_a_scene_are_measured(void **state)
+{
+    (void)state;
+    write_scene();
+    assert_int_equal(kandil("bench voxels scene.lua --frames 2 --case cascades/128 --json rows.json"), 0);
+    read_file("out");
+    assert_non_null(strstr(text, "3 x 128^3"));
+    assert_null(strstr(text, "256^3"));
+    read_file("rows.json");
+    for (const char *stage = "io\0transform\0reconstruct\0average\0"; *stage; stage += strlen(stage) + 1) {
+        char quoted[64];
+        snprintf(quoted, sizeof quoted, "\"case\": \"cascades/128/%s\"", stage);
+        assert_non_null(strstr(text, quoted));
+    }
+    assert_int_equal(kandil("bench voxels scene.lua --case cascades/1024"), 0);
+    assert_non_null(strstr(read_file("out"), "left out: 3 x 1024^3: "));
+    assert_int_equal(kandil("bench svo scene.lua --frames 2 --case layers/two_rests_ --json rows.json"), 0);
+    assert_non_null(strstr(read_file("out"), "two_rests_fine"));
+    assert_non_null(strstr(read_file("rows.json"), "\"case\": \"layers/two_rests_coarse/transform\""));
+    assert_int_equal(kandil("bench svo"), 1);
+    assert_non_null(strstr(read_file("said"), "name one: `kandil bench svo SCENE`"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rows_stand_in_the_table_and_in_the_file),
         cmocka_unit_test(what_cannot_be_written_is_said),
+        cmocka_unit_test(stages_of_a_scene_are_measured),
     };
     if (access(KD_BINARY_DIR "/kandil", X_OK) != 0)
         return 77; /* the program was not built */
