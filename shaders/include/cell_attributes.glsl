@@ -1,4 +1,7 @@
 // What a cell of one layer holds, and how it comes out of 16 bytes; shaders/svo/pack.comp packs them.
+
+#include "shaders/shared/voxel.h"
+
 struct cell_attributes {
     vec3 albedo;
     vec3 normal;        // length below 1 where surfaces of several directions meet

@@ -241,6 +241,8 @@ static void blend_run(kd_system_context *context)
     kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
     const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
     g->blended = (kd_gpu_texture){0};
+    if (kd_frame_shows_voxels(kd_singleton(context->world, kd_frame)))
+        return;
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     if (list->batch_count == 0 || !deferred_is_blended(store, &list->batches[list->batch_count - 1]))
         return;
