@@ -10,7 +10,16 @@
  * tree made at once numbers follow the codes.
  *
  * Cells are kept under wrapped places: the world's cell number modulo the resolution
- * (shaders/include/tree_params.glsl). */
+ * (shaders/include/tree_params.glsl).
+ *
+ * Changes: who wants to know which leaf cells came or went sets wants_changes once. From then on `changes`
+ * ("svo.changes", written by svo_build) holds, behind each other, two masks of layer_words words: the XOR of
+ * this frame's occupancy and the last one's, and this frame's. A cell's bit is its cascade's first bit plus
+ * the Morton code of its wrapped place; shaders ask cell_changed() of shaders/include/changes.glsl, after
+ * naming
+ * {"svo.changes", KD_USE_STORAGE_READ}. Where a cascade has moved, a place stands for another cell of the
+ * world than before. Of the levels above, svo.levels holds both frames' masks; with one layer the last one's
+ * is empty. */
 
 #include <stdbool.h>
 
@@ -34,6 +43,8 @@ typedef struct kd_svo {
     uint32_t current;            /* which of the two level masks is this frame's */
     struct kd_svo_places places; /* in the book */
 
+    bool wants_changes;             /* set by whoever reads `changes` */
+    kd_gpu_buffer changes;          /* "svo.changes" */
     kd_gpu_buffer uniform;          /* "tree.uniform": kd_tree_params */
     kd_gpu_buffer masks;            /* "svo.masks": leaf cells, static layer then dynamic layer */
     kd_gpu_buffer ranks;            /* "svo.ranks": of the dynamic layer */

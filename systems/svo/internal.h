@@ -28,6 +28,7 @@ typedef enum svo_program {
     SVO_FILTER_DENSE,
     SVO_FILTER_UP,
     SVO_ABOVE_LIST,
+    SVO_CHANGES,
     SVO_RENUMBER,
     SVO_MOVE,
     SVO_FILTER_ABOVE,
@@ -145,6 +146,9 @@ void svo_build_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
 /* nodes.c: levels above the cells */
 void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+
+/* changes.c: `changed` when the tree was touched in this frame */
+void svo_note_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo, bool changed);
 
 /* filter.c: shaders/svo/filter_*.comp */
 void svo_filter(kd_gpu *gpu, const svo_state *state, const kd_svo *svo);

@@ -119,25 +119,11 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 
 void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 {
-    kd_gpu_buffer buffers[] = {svo->uniform,
-                               svo->masks,
-                               svo->ranks,
-                               svo->fresh,
-                               svo->level_masks[0],
-                               svo->level_masks[1],
-                               svo->touched,
-                               svo->diff,
-                               svo->diff_ranks,
-                               svo->book,
-                               svo->counters,
-                               svo->sums,
-                               svo->static_surface,
-                               svo->static_emission,
-                               svo->dynamic_cells,
-                               svo->index,
-                               svo->nodes,
-                               svo->leaves,
-                               svo->data};
+    kd_gpu_buffer buffers[] = {
+        svo->changes,        svo->uniform,        svo->masks,   svo->ranks,          svo->fresh,
+        svo->level_masks[0], svo->level_masks[1], svo->touched, svo->diff,           svo->diff_ranks,
+        svo->book,           svo->counters,       svo->sums,    svo->static_surface, svo->static_emission,
+        svo->dynamic_cells,  svo->index,          svo->nodes,   svo->leaves,         svo->data};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         kd_gpu_destroy_buffer(gpu, buffers[i]);
     kd_gpu_destroy_texture(gpu, svo->atlas);

@@ -30,6 +30,7 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_FILTER_DENSE] = "shaders/svo/filter_dense.comp",
     [SVO_FILTER_UP] = "shaders/svo/filter_up.comp",
     [SVO_ABOVE_LIST] = "shaders/svo/above_list.comp",
+    [SVO_CHANGES] = "shaders/svo/changes.comp",
     [SVO_RENUMBER] = "shaders/svo/renumber.comp",
     [SVO_MOVE] = "shaders/svo/move.comp",
     [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
@@ -194,10 +195,12 @@ static void build(kd_system_context *context)
     follow_counts(gpu, state, svo, tree);
     svo_give_back(gpu, state, svo, scene);
     svo_begin_nodes(gpu, state, svo, scene);
-    if (has_changed(state, scene)) {
+    bool changed = has_changed(state, scene);
+    if (changed) {
         kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
         builds[scene->build](gpu, state, svo, scene);
     }
+    svo_note_changes(gpu, state, svo, changed);
     state->dynamic_before = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_readback_buffer(gpu, state->readback, svo->counters, 0, KD_COUNT_WORDS * 4, 0);
@@ -285,6 +288,7 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                              {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
                                                KD_USE_COPY_WRITE},
                              {"svo.levels", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},
+                             {"svo.changes", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},
                              {"svo.book", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
                                               KD_USE_COPY_WRITE},
                              {"svo.counters", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_INDIRECT |

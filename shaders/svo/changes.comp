@@ -1,0 +1,18 @@
+// The change mask: leaf cells whose occupancy differs from the frame before. One invocation a word.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/linear.glsl"
+
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words of a layer's mask
+layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; }; // static, then dynamic layer
+layout(std430, binding = 2) buffer changes_block { uint changes[]; };      // changed, then occupied now
+
+void main()
+{
+    uint word = linear_index();
+    if (word >= pass.x)
+        return;
+    uint now = masks[word] | masks[pass.x + word];
+    changes[word] = now ^ changes[pass.x + word];
+    changes[pass.x + word] = now;
+}
