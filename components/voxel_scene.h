@@ -47,6 +47,7 @@ typedef struct kd_voxel_cache {
     uint32_t material;  /* the entity's own, or the primitive's */
     const struct kd_primitive_desc *desc;
     uint32_t kind; /* KD_VOXEL_* */
+    bool thin;     /* 6-separating; else all that the surface touches */
     bool made;     /* its chunks are in the cache */
     float span;    /* model space */
     kd_vec3 phase; /* a point of the voxel lattice, model space */

@@ -63,7 +63,7 @@ typedef enum kd_setting_type {
     X(I32, voxels, resolution, 128, 128, 512, resolution_words, "voxels",                                    \
       "voxels a cascade has along an axis")                                                                  \
     X(I32, voxels, cascades, 3, 1, 4, NULL, NULL, "nested cascades; each doubles the span")                  \
-    X(I32, voxels, separating, 26, 6, 26, separating_words, NULL,                                            \
+    X(I32, voxels, separating, 6, 6, 26, separating_words, NULL,                                             \
       "what no path through free cells crosses: by faces (thin) or at all")                                  \
     X(BOOL, voxels, fill, false, 0, 1, NULL, NULL, "fill closed meshes")                                     \
     X(BOOL, voxels, cache, true, 0, 1, NULL, NULL, "keep voxels on disk for the next start")                 \

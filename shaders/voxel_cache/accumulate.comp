@@ -12,6 +12,8 @@ layout(std430, binding = 7) buffer nearest_block { uint nearest[]; };
 void fragment(uint triangle, uvec3 cell, vec3 bary);
 
 #include "shaders/include/linear.glsl"
+bool keeps_cell(uvec3 cell, uint creases, vec3 a, vec3 b, vec3 c);
+
 #include "shaders/voxel_cache/triangle.glsl"
 #include "shaders/voxel_cache/surface.glsl"
 #include "shaders/voxel_cache/chunk_cell.glsl"
@@ -49,6 +51,13 @@ void fragment(uint triangle, uvec3 cell, vec3 bary)
     // The nearest surface binds a deforming voxel: largest nearness (6 bits), then the lowest triangle.
     if (pass.dest.z != KD_VOXEL_RIGID)
         atomicMax(nearest[voxel], (uint(nearness * 62.0) + 1u) << 26 | (0x3FFFFFFu - triangle));
+}
+
+// All that touches a cell that was taken adds to it.
+bool keeps_cell(uvec3 cell, uint creases, vec3 a, vec3 b, vec3 c)
+{
+    uint bit = chunk_bit(pass.chunk_size.xyz, cell);
+    return (mask[bit >> 5] >> (bit & 31u) & 1u) != 0u;
 }
 
 void main()

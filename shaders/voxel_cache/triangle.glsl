@@ -1,7 +1,8 @@
 // Conservative (26-separating) or thin voxelization of triangles without the rasteriser: one invocation walks one column of cells,
 // along the triangle's dominant axis, under the triangle's bounding rectangle. Overlap tests after Schwarz & Seidel 2010,
 // section 3.1: bounds against box, plane against box, then the three projections of the triangle against the box's.
-// The including pass defines `void fragment(uint triangle, uvec3 cell, vec3 barycentric)`.
+// The including pass defines `void fragment(uint triangle, uvec3 cell, vec3 barycentric)` and, for thin voxelization, which of
+// the cells that triangle (a, b, c) touches it keeps: `bool keeps_cell(uvec3 cell, uint creases, vec3 a, vec3 b, vec3 c)`.
 
 #include "shaders/shared/voxel.h"
 #include "shaders/shared/scene.h"
@@ -10,13 +11,13 @@ layout(std140, binding = 0) uniform pass_block {
     vec4 chunk_origin; // xyz: low corner in model space, w: span in model space
     uvec4 chunk_size;  // xyz: cells, w: columns of all triangles
     uvec4 source;      // x: first index, y: base vertex, z: triangles, w: first skin vertex or KD_EMPTY
-    uvec4 dest;        // x: first voxel, y: first binding, z: KD_VOXEL_*, w: bit 0 double sided, bit 1 thin
+    uvec4 dest;        // x: first voxel, y: first binding, z: KD_VOXEL_*, w: bit 0 double sided, bit 1 thin, bit 2 lone cells
 } pass;
 
 layout(std430, binding = 0) readonly buffer geometry_block { uint geometry[]; };
 layout(std430, binding = 1) readonly buffer attributes_block { uint attributes[]; };
 layout(std430, binding = 2) readonly buffer indices_block { uint indices[]; };
-// Per triangle: first column | axis 2, low u 10, low v 10 | columns along u 16 | 0. One row more holds the total.
+// Per triangle: first column | axis 2, low u 10, low v 10 | columns along u 16 | creases. One row more holds the total.
 layout(std430, binding = 3) readonly buffer columns_block { uvec4 columns[]; };
 
 #include "shaders/include/triangle_point.glsl"
@@ -71,34 +72,6 @@ bool overlaps_2d(vec2 a, vec2 b, vec2 c, vec2 low, float normal)
     return !beside_edge(a, b, low, turn) && !beside_edge(b, c, low, turn) && !beside_edge(c, a, low, turn);
 }
 
-// Does the point lie under the triangle, in one projection? Points on an edge belong to both sides: `slack` of a cell
-// outweighs the rounding by which two triangles could both miss it.
-bool covers_2d(vec2 a, vec2 b, vec2 c, vec2 point, float normal)
-{
-    const float slack = 1e-4;
-    float turn = normal < 0.0 ? -1.0 : 1.0;
-    vec2 ab = b - a, bc = c - b, ca = a - c;
-    return turn * (ab.x * (point.y - a.y) - ab.y * (point.x - a.x)) >= -slack * length(ab) &&
-           turn * (bc.x * (point.y - b.y) - bc.y * (point.x - b.x)) >= -slack * length(bc) &&
-           turn * (ca.x * (point.y - c.y) - ca.y * (point.x - c.x)) >= -slack * length(ca);
-}
-
-bool cuts_axis(vec3 centre, vec3 a, vec3 b, vec3 c, vec3 n)
-{
-    if (abs(n.z) < 1e-6 * (abs(n.x) + abs(n.y)) || !covers_2d(a.xy, b.xy, c.xy, centre.xy, n.z))
-        return false;
-    return abs(a.z - dot(n.xy, centre.xy - a.xy) / n.z - centre.z) <= 0.5;
-}
-
-// Thin (6-separating) voxelization: a cell counts when the triangle cuts one of the three unit segments through its centre.
-// Source: Laine 2013, "A Topological Approach to Voxelization", section 4.
-bool cuts_crosshair(vec3 centre, vec3 a, vec3 b, vec3 c)
-{
-    vec3 n = cross(b - a, c - a);
-    return cuts_axis(centre, a, b, c, n) || cuts_axis(centre.yzx, a.yzx, b.yzx, c.yzx, n.yzx) ||
-           cuts_axis(centre.zxy, a.zxy, b.zxy, c.zxy, n.zxy);
-}
-
 // Coordinates (u, v, along the dominant axis) of a vector, and back.
 vec3 to_column(vec3 v, uint axis) { return axis == 0u ? v.yzx : axis == 1u ? v.zxy : v; }
 vec3 from_column(vec3 v, uint axis) { return axis == 0u ? v.zxy : axis == 1u ? v.yzx : v; }
@@ -130,7 +103,7 @@ void visit_column(uint column)
         if (!overlaps_2d(a.yz, b.yz, c.yz, vec2(low.y, h), n.x) || !overlaps_2d(a.zx, b.zx, c.zx, vec2(h, low.x), n.y))
             continue;
         vec3 cell = from_column(vec3(low, h), axis);
-        if ((pass.dest.w & 2u) != 0u && !cuts_crosshair(cell + 0.5, p, q, r))
+        if ((pass.dest.w & 2u) != 0u && !keeps_cell(uvec3(cell), row.w, p, q, r))
             continue;
         fragment(triangle, uvec3(cell), nearest_barycentric(cell + 0.5, p, q, r));
     }

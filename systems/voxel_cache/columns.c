@@ -5,6 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "systems/voxel_cache/creases.h"
+
 static kd_vec3 cell_position(const kd_voxel_chunk *chunk, kd_vec3 p)
 {
     const float nudge = (float)KD_VOXELIZE_NUDGE;
@@ -47,7 +49,8 @@ static uint32_t triangle_row(const kd_voxel_chunk *chunk, const kd_vec3 p[3], ui
     return row[2] * (high[w] - low[w]);
 }
 
-kd_status columns_list(const kd_primitive_desc *primitive, const kd_voxel_chunk *chunk, kd_columns *out)
+kd_status columns_list(const kd_primitive_desc *primitive, const kd_voxel_chunk *chunk, bool creases,
+                       kd_columns *out)
 {
     uint32_t triangles = primitive->index_count / 3, kept = 0;
     uint64_t total = 0;
@@ -67,7 +70,10 @@ kd_status columns_list(const kd_primitive_desc *primitive, const kd_voxel_chunk 
     }
     rows[kept][0] = (uint32_t)total;
     *out = (kd_columns){.rows = rows, .triangles = triangles, .columns = (uint32_t)total};
-    return KD_OK;
+    kd_status status = creases && total ? creases_mark(primitive, out) : KD_OK;
+    if (status)
+        free(rows);
+    return status;
 }
 
 /* Cells along one axis of what [a, b] has in [low, high], with the margin of cell_range. */

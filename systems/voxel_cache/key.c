@@ -7,10 +7,11 @@
 
 #include "runtime/core/log.h"
 #include "runtime/gpu/source.h"
+#include "systems/voxel_cache/voxelizer.h"
 
-/* Raised when code outside of the shaders changes what voxels look like: columns.c, maker.c, pack.c of the
- * scene. */
-#define MAKER_VERSION 2u
+/* Raised when code outside of the shaders changes what voxels look like: columns.c, creases.c, maker.c,
+ * pack.c of the scene. */
+#define MAKER_VERSION 3u
 
 kd_status keys_init(voxel_keys *keys)
 {
@@ -137,7 +138,7 @@ bool keys_of(voxel_keys *keys, const kd_scene_store *store, const kd_voxel_scene
              material,
              {c->span, c->phase.x, c->phase.y, c->phase.z, c->tile.tiled ? c->tile.edge : 0},
              {c->tile.tiled, c->tile.x, c->tile.y, c->tile.z},
-             {c->kind, scene->voxelize_flags, KD_VOXEL_FILE_VERSION}};
+             {c->kind, voxelizer_flags(scene, c), KD_VOXEL_FILE_VERSION}};
     _Static_assert(sizeof all == 64, "no padding is hashed");
     XXH128_hash_t h = XXH3_128bits(&all, sizeof all);
     *out = (kd_voxel_key){h.low64, h.high64};

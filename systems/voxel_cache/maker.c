@@ -239,7 +239,7 @@ kd_status maker_write(kd_gpu *gpu, const kd_voxel_scene *scene, const kd_voxel_c
                       kd_voxel_level level, kd_voxel_writer *writer)
 {
     level.kind = cache->kind;
-    level.flags = scene->voxelize_flags;
+    level.flags = voxelizer_flags(scene, cache);
     level.span = cache->span;
     memcpy(level.phase, &cache->phase, sizeof level.phase);
     kd_status status = kd_voxel_writer_level(writer, &level);

@@ -18,7 +18,12 @@ struct pass_params {
     kd_gl_uvec4 chunk_size, source, dest;
 };
 
-enum { SUM_WORDS = 16 };
+enum { SUM_WORDS = 16, PASS_THIN = 2, PASS_LONE = 4 };
+
+uint32_t voxelizer_flags(const kd_voxel_scene *scene, const kd_voxel_cache *cache)
+{
+    return (scene->voxelize_flags & ~KD_VOXEL_LEVEL_THIN) | (cache->thin ? KD_VOXEL_LEVEL_THIN : 0);
+}
 
 kd_status voxelizer_init(kd_gpu *gpu, voxelizer *v)
 {
@@ -63,7 +68,8 @@ static struct pass_params params_of(const kd_scene_store *store, const kd_voxel_
         .chunk_size = {chunk->size[0], chunk->size[1], chunk->size[2], 0},
         .source = {p->first_index, p->base_vertex, p->index_count / 3, p->first_skin_vertex},
         .dest = {0, 0, cache->kind,
-                 (m->desc.double_sided ? 1u : 0u) | (scene->voxelize_flags & KD_VOXEL_LEVEL_THIN ? 2u : 0u)},
+                 (m->desc.double_sided ? 1u : 0u) |
+                     (voxelizer_flags(scene, cache) & KD_VOXEL_LEVEL_THIN ? PASS_THIN : 0u)},
     };
     return pass;
 }
@@ -120,15 +126,29 @@ static void bind_triangles(kd_gpu *gpu, const voxelizer *v, const kd_scene_store
     kd_gpu_bind_storage(gpu, 4, v->mask);
 }
 
+static void mark_once(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const struct pass_params *pass)
+{
+    bind_triangles(gpu, v, store, pass);
+    kd_gpu_bind_storage(gpu, 5, v->ranks);
+    kd_gpu_dispatch_linear(gpu, v->mark, (pass->chunk_size.w + 63) / 64);
+}
+
 /* Mark the cells that triangles touch; gives the number of voxels. */
 static kd_status mark_cells(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store,
                             const struct pass_params *pass, uint32_t words, uint32_t *count)
 {
     kd_gpu_fill_buffer(gpu, v->mask, 0, (size_t)words * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    bind_triangles(gpu, v, store, pass);
-    kd_gpu_dispatch_linear(gpu, v->mark, (pass->chunk_size.w + 63) / 64);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    mark_once(gpu, v, store, pass);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+    if (pass->dest.w & PASS_THIN) { /* what they look back on is kept where the ranks come later */
+        struct pass_params lone = *pass;
+        lone.dest.w |= PASS_LONE;
+        kd_gpu_copy_buffer(gpu, v->mask, 0, v->ranks, 0, (size_t)words * 4);
+        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+        mark_once(gpu, v, store, &lone);
+        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    }
     kd_status status = kd_gpu_rank_run(gpu, &v->rank, v->mask, 0, words, v->ranks, 0, v->counter, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_read_buffer(gpu, v->counter, 0, count, sizeof *count);
@@ -268,7 +288,8 @@ kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, 
     kd_columns columns = {0};
     chunk->count = 0;
     chunk->first_binding = KD_EMPTY;
-    kd_status status = columns_list(cache->desc, chunk, &columns);
+    kd_status status =
+        columns_list(cache->desc, chunk, voxelizer_flags(scene, cache) & KD_VOXEL_LEVEL_THIN, &columns);
     if (status)
         return status == KD_TOO_LARGE ? KD_OUT_OF_RANGE : status;
     uint32_t words = mask_words(chunk);

@@ -12,6 +12,9 @@ typedef struct voxelizer {
     kd_gpu_buffer mask, ranks, sums, nearest, columns, counter;
 } voxelizer;
 
+/** Get how a cache is made, KD_VOXEL_LEVEL_*. */
+uint32_t voxelizer_flags(const kd_voxel_scene *scene, const kd_voxel_cache *cache);
+
 kd_status voxelizer_init(kd_gpu *gpu, voxelizer *v);
 void voxelizer_fini(kd_gpu *gpu, voxelizer *v);
 

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "runtime/asset/model.h"
+#include "runtime/asset/voxel_file.h"
 
 /* Runs for which a cache stays after its last use: what leaves a cascade often comes back soon. */
 #define KEEP_RUNS 64
@@ -75,7 +76,8 @@ static uint32_t hash_of(const kd_voxel_cache *key)
 static bool serves(const kd_voxel_cache *c, const kd_voxel_cache *key)
 {
     return c->primitive == key->primitive && c->material == key->material && c->kind == key->kind &&
-           fabsf(c->span - key->span) < key->span * 1e-3f && caches_same_tile(c->tile, key->tile) &&
+           c->thin == key->thin && fabsf(c->span - key->span) < key->span * 1e-3f &&
+           caches_same_tile(c->tile, key->tile) &&
            phase_steps(c->phase, c->span) == phase_steps(key->phase, key->span);
 }
 
@@ -151,6 +153,14 @@ static kd_status add(voxel_caches *t, kd_voxel_scene *scene, const kd_voxel_cach
     return KD_OK;
 }
 
+/* Thin voxels of two sizes leave gaps where cascades meet: the coarser must have all that the surface
+ * touches, then no path by faces gets through there either. Voxels of deforming meshes part where skin
+ * stretches, which a second layer closes. */
+static bool is_thin(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c)
+{
+    return scene->voxelize_flags & KD_VOXEL_LEVEL_THIN && o->kind == KD_VOXEL_RIGID && c == 0;
+}
+
 /* Number plus one of the cache that serves an object in cascade c; entered when there is none. */
 static kd_status ensure(voxel_caches *t, kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c,
                         uint32_t *number)
@@ -161,6 +171,7 @@ static kd_status ensure(voxel_caches *t, kd_voxel_scene *scene, const kd_voxel_o
                                 .material = o->material,
                                 .desc = o->desc,
                                 .kind = o->kind,
+                                .thin = is_thin(scene, o, c),
                                 .span = span,
                                 .phase = lattice_phase(o, span),
                                 .tile = o->tile};

@@ -100,7 +100,7 @@ static void chunk_of_many_columns_is_packed_in_full(void **state)
     const kd_voxel_chunk *chunk = &voxel_scene(&v)->chunks[cache->first_chunk];
     assert_int_equal(cache->chunk_count, 1);
     kd_columns columns;
-    assert_int_equal(columns_list(cache->desc, chunk, &columns), KD_OK);
+    assert_int_equal(columns_list(cache->desc, chunk, false, &columns), KD_OK);
     free(columns.rows);
     assert_true(columns.columns > 65535u * 64);
     assert_int_equal(chunk->count, 701 * 701); /* the nudge puts the far edges into one cell more */

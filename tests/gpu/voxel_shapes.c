@@ -95,6 +95,7 @@ static void shapes_become_closed_shells_of_the_cells_they_touch(void **state)
                  {KD_SHAPE_CYLINDER, {0.3f, 0.6f, 0}, {0, 0, 0}},
                  {KD_SHAPE_TORUS, {0.8f, 0.3f, 0}, {0.25f, 0, 0}}};
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
+    v.frame->settings.voxels_separating = 26;
     for (int i = 0; i < 4; i++) /* off the lattice, each in its own way */
         voxel_shape(&v, cases[i].shape, cases[i].size, NULL,
                     voxel_at(0.0037f * (float)i, 0.011f, -0.006f * (float)i));
@@ -135,6 +136,7 @@ static void any_triangle_marks_the_cells_it_touches(void **state)
     model->meshes = mesh;
     model->mesh_count = 1;
     voxel_world v = voxel_open((voxel_options){.span = SPAN});
+    v.frame->settings.voxels_separating = 26;
     voxel_spawn(&v, model, voxel_at(0, 0, 0));
     voxel_frame(&v);
     cells c = read_cells(&v, 0);
