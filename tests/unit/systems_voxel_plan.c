@@ -115,7 +115,7 @@ static void estimate_is_near_what_is_listed(void **state)
         const float span = 0.02f;
         kd_voxel_chunk chunk = {.origin = {-2, -2, -2}, .span = span, .size = {200, 200, 200}};
         kd_columns columns = {0};
-        assert_int_equal(columns_list(p, &chunk, &columns), KD_OK);
+        assert_int_equal(columns_list(p, &chunk, false, &columns), KD_OK);
         float estimate = columns_estimate(p, &(kd_voxel_cache){.span = span});
         assert_in_range((uint32_t)estimate, columns.columns * 3 / 4, columns.columns * 4 / 3);
         free(columns.rows);
