@@ -28,8 +28,9 @@ typedef struct kd_voxel_key {
     uint64_t low, high;
 } kd_voxel_key;
 
-#define KD_VOXEL_LEVEL_THIN   1u /* 6-separating; else every cell that the surface touches */
-#define KD_VOXEL_LEVEL_FILLED 2u
+#define KD_VOXEL_LEVEL_THIN     1u /* 6-separating; else every cell that the surface touches */
+#define KD_VOXEL_LEVEL_FILLED   2u
+#define KD_VOXEL_LEVEL_GEODESIC 4u /* skinned voxels are bound through the inside of the body */
 typedef struct kd_voxel_level {
     kd_voxel_key key;
     uint32_t kind;  /* KD_VOXEL_* of shaders/shared/voxel.h */

@@ -9,6 +9,7 @@
 #include "runtime/core/log.h"
 
 #define WORD(name, text) text,
+static const char *const binding_words[] = {KD_BINDING_LIST(WORD) NULL};
 static const char *const layers_words[] = {KD_SVO_LAYERS_LIST(WORD) NULL};
 static const char *const build_words[] = {KD_SVO_BUILD_LIST(WORD) NULL};
 static const char *const bounces_words[] = {KD_BOUNCES_LIST(WORD) NULL};

@@ -10,6 +10,7 @@
 
 #include "runtime/core/status.h"
 
+#define KD_BINDING_LIST(X)    X(NEAREST, "nearest") X(GEODESIC, "geodesic")
 #define KD_SVO_LAYERS_LIST(X) X(TWO, "two") X(ONE, "one")
 #define KD_SVO_BUILD_LIST(X)  X(ORDERFREE, "orderfree") X(ATOMIC, "atomic") X(LEVELS, "levels")
 #define KD_BOUNCES_LIST(X)    X(NONE, "0") X(ONE, "1") X(TWO, "2") X(INF, "inf")
@@ -18,6 +19,12 @@
     X(AUTO, "auto")                                                                                          \
     X(RADIANCE, "radiance")                                                                                  \
     X(ALBEDO, "albedo") X(NORMAL, "normal") X(OPACITY, "opacity") X(CASCADE, "cascade")
+
+typedef enum kd_binding {
+#define KD_BINDING_ENUM(name, text) KD_BINDING_##name,
+    KD_BINDING_LIST(KD_BINDING_ENUM)
+#undef KD_BINDING_ENUM
+} kd_binding;
 
 typedef enum kd_svo_layers {
 #define KD_SVO_LAYERS_ENUM(name, text) KD_SVO_LAYERS_##name,
@@ -64,8 +71,11 @@ typedef enum kd_setting_type {
       "voxels a cascade has along an axis")                                                                  \
     X(I32, voxels, cascades, 3, 1, 4, NULL, NULL, "nested cascades; each doubles the span")                  \
     X(I32, voxels, separating, 6, 6, 26, separating_words, NULL,                                             \
-      "what no path through free cells crosses: by faces (thin) or at all")                                  \
+      "what no path through free cells crosses: by faces (thin; rigid meshes in the finest cascade) or at "  \
+      "all")                                                                                                 \
     X(BOOL, voxels, fill, false, 0, 1, NULL, NULL, "fill closed meshes")                                     \
+    X(ENUM, voxels, binding, KD_BINDING_NEAREST, 0, 1, binding_words, NULL,                                  \
+      "skinned voxels move as the nearest surface does, or by the way to the bones through the body")        \
     X(BOOL, voxels, cache, true, 0, 1, NULL, NULL, "keep voxels on disk for the next start")                 \
     X(I32, subdiv, level, 0, 0, 6, NULL, NULL,                                                               \
       "sides of cage faces are cut into 2^level; 0: as the model says, else 3")                              \
@@ -90,7 +100,7 @@ typedef enum kd_setting_type {
     X(BOOL, specular, cones, true, 0, 1, NULL, NULL, "trace a reflection cone by roughness")                 \
     X(F32, light, ambient, 0, 0, 1e6, NULL, "W/(sr m^2)", "radiance of a white sky")                         \
     X(I32, light, shadow_size, 2048, 64, 8192, NULL, "texels",                                               \
-      "edge of a directional shadow map; local lights have a half or a quarter")                       \
+      "edge of a directional shadow map; local lights have a half or a quarter")                             \
     X(I32, light, shadow_cascades, 3, 1, 4, NULL, NULL, "shadow maps of a directional light")                \
     X(F32, light, shadow_distance, 40, 0.1, 1e5, NULL, "m",                                                  \
       "distance up to which directional shadows reach")                                                      \

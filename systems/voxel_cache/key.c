@@ -7,10 +7,11 @@
 
 #include "runtime/core/log.h"
 #include "runtime/gpu/source.h"
+#include "systems/voxel_cache/rebind.h"
 #include "systems/voxel_cache/voxelizer.h"
 
-/* Raised when code outside of the shaders changes what voxels look like: columns.c, creases.c, maker.c,
- * pack.c of the scene. */
+/* Raised when code outside of the shaders changes what voxels look like: columns.c, creases.c, geodesic.c,
+ * maker.c, pack.c of the scene. */
 #define MAKER_VERSION 3u
 
 kd_status keys_init(voxel_keys *keys)
@@ -126,6 +127,9 @@ bool keys_of(voxel_keys *keys, const kd_scene_store *store, const kd_voxel_scene
     uint64_t material = keys->program;
     if (!reserve(&keys->primitives, &keys->primitive_capacity, c->primitive + 1) ||
         !hash_material(keys, store, &store->materials[c->material].desc, &material))
+        return false;
+    if (voxelizer_flags(scene, c) & KD_VOXEL_LEVEL_GEODESIC &&
+        rebind_hash(store, c->primitive, &material) != KD_OK)
         return false;
     if (!keys->primitives[c->primitive])
         keys->primitives[c->primitive] = hash_primitive(c->desc);

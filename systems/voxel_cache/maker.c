@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "systems/voxel_cache/rebind.h"
+
 enum { CHUNK_CELLS = 1024 };
 
 /* Cells [low, high) of a cache's lattice, counted from its phase. */
@@ -177,7 +179,10 @@ kd_status maker_make(kd_gpu *gpu, cache_maker *maker, const kd_scene_store *stor
     const making m = {gpu, maker, store, scene, cache};
     cell_box box = box_of(cache);
     begin(maker, cache);
-    kd_status status = make_box(&m, &box, true), entered = enter(gpu, maker, scene, cache);
+    kd_status status = make_box(&m, &box, true);
+    if (voxelizer_flags(scene, cache) & KD_VOXEL_LEVEL_GEODESIC && maker->count && !status)
+        status = rebind_geodesic(gpu, store, scene, cache, maker->chunks, maker->count, &maker->told);
+    kd_status entered = enter(gpu, maker, scene, cache);
     return status ? status : entered;
 }
 

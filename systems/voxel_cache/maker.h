@@ -11,6 +11,7 @@ typedef struct cache_maker {
     kd_voxel_chunk *chunks; /* of the cache in work */
     uint32_t count, capacity;
     uint32_t chunk_capacity; /* of kd_voxel_scene.chunks */
+    bool told;               /* that a mesh could not be bound as was asked for */
 } cache_maker;
 
 kd_status maker_init(kd_gpu *gpu, cache_maker *maker);

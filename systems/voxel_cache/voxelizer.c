@@ -22,7 +22,10 @@ enum { SUM_WORDS = 16, PASS_THIN = 2, PASS_LONE = 4 };
 
 uint32_t voxelizer_flags(const kd_voxel_scene *scene, const kd_voxel_cache *cache)
 {
-    return (scene->voxelize_flags & ~KD_VOXEL_LEVEL_THIN) | (cache->thin ? KD_VOXEL_LEVEL_THIN : 0);
+    uint32_t flags = scene->voxelize_flags & KD_VOXEL_LEVEL_FILLED;
+    if (cache->kind == KD_VOXEL_SKINNED)
+        flags |= scene->voxelize_flags & KD_VOXEL_LEVEL_GEODESIC;
+    return flags | (cache->thin ? KD_VOXEL_LEVEL_THIN : 0);
 }
 
 kd_status voxelizer_init(kd_gpu *gpu, voxelizer *v)

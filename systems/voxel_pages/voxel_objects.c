@@ -42,7 +42,8 @@ static void apply_settings(kd_voxel_scene *scene, const kd_settings *settings)
     scene->resolution_log2 = log2_of(scene->resolution);
     scene->span_m = settings->voxels_span;
     scene->voxelize_flags = (settings->voxels_separating == 6 ? KD_VOXEL_LEVEL_THIN : 0) |
-                            (settings->voxels_fill ? KD_VOXEL_LEVEL_FILLED : 0);
+                            (settings->voxels_fill ? KD_VOXEL_LEVEL_FILLED : 0) |
+                            (settings->voxels_binding == KD_BINDING_GEODESIC ? KD_VOXEL_LEVEL_GEODESIC : 0);
     scene->build = (uint32_t)settings->svo_build;
     scene->one_layer = settings->svo_layers == KD_SVO_LAYERS_ONE || scene->build != KD_SVO_BUILD_ORDERFREE;
     for (uint32_t c = 0; c < scene->cascade_count; c++)
