@@ -25,16 +25,18 @@
 #define VIEW_LIST(X)                                                                                         \
     X("final")                                                                                               \
     X("direct")                                                                                              \
-    X("indirect") X("ao") X("specular") X("albedo") X("normal") X("depth") X("light") X("caches") X("pages") \
-        X("octree") X("lookup") X("cost")
+    X("indirect")                                                                                            \
+    X("ao") X("specular") X("albedo") X("normal") X("depth") X("light") X("caches") X("pages") X("octree")   \
+        X("lookup") X("cost")
 #define CONTEXT_LIST(X)                                                                                      \
     X("auto") X("glfw") X("egl") X("egl-device") X("egl-surfaceless") X("egl-software") X("osmesa")
 #define TERM_LIST(X)                                                                                         \
     X("final")                                                                                               \
     X("direct")                                                                                              \
     X("indirect")                                                                                            \
-    X("diffuse") X("specular") X("ao") X("albedo") X("normal") X("dept"                                      \
-                                                                 "h")
+    X("diffuse")                                                                                             \
+    X("specular") X("ao") X("albedo") X("normal") X("dept"                                                   \
+                                                    "h")
 #define WORD(word)   word,
 #define SPACED(word) " " word
 
@@ -339,6 +341,13 @@ static kd_status read_fill(app_options *o, const char *text)
     return KD_OK;
 }
 
+static kd_status read_hausdorff(app_options *o, const char *text)
+{
+    (void)text;
+    o->voxelizing.hausdorff = true;
+    return KD_OK;
+}
+
 static kd_status read_voxels(app_options *o, const char *text)
 {
     return app_read_path("--voxels", text, &o->voxels);
@@ -412,8 +421,12 @@ static const app_option_row voxelize_options[] = {
     {"--cascades", "N", read_cascades,
      "spans, each twice the one before; default: the setting voxels.cascades"},
     {"--separating", "6|26", read_separating,
-     "26, the default: every cell that a surface touches; 6: thin, no path by faces gets through"},
+     "6, the default: thin, no path by faces gets through (rigid meshes, finest span); 26: every cell that a "
+     "surface touches"},
     {"--fill", NULL, read_fill, "fill closed meshes"},
+    {"--hausdorff", NULL, read_hausdorff,
+     "print how far voxels are from the mesh with 64, 128 and 256 along the longest side; without -o that "
+     "alone"},
     {"--threads", "N", read_threads, "threads; 0, the default, takes one per processor"},
     {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
     {"--asset-root", "DIR", read_asset_root,
@@ -498,7 +511,7 @@ static const app_option_row compare_options[] = {
 static const app_option_row bench_options[] = {
     {"--json", "FILE", read_json, "write the rows to a file too"},
     {"--threads", "N", read_threads, "threads of the cases for several; 0, the default: one per processor"},
-    {"--n", "N", read_bench_n, 
+    {"--n", "N", read_bench_n,
      "measure this size alone; default: 1000, 65536 and 1000000 entities, crowds of 1 to 256"},
     {"--case", "NAME", read_bench_case, "measure the cases whose name contains this"},
     {"--frames", "N", read_frames, "voxels, svo: frames measured for each row; default 12"},

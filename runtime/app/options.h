@@ -57,6 +57,7 @@ typedef struct app_voxelizing {
     uint32_t levels;
     int separating; /* 6, 26 */
     bool fill;
+    bool hausdorff;
 } app_voxelizing;
 
 enum { APP_MAX_TRACES = 4 };

@@ -4,6 +4,8 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "components/frame.h"
 #include "components/scene_store.h"
@@ -18,6 +20,7 @@
 #include "systems/deform/deform.h"
 #include "systems/hierarchy/hierarchy.h"
 #include "systems/scene/scene.h"
+#include "systems/voxel_cache/distance.h"
 #include "systems/voxel_cache/key.h"
 #include "systems/voxel_cache/maker.h"
 #include "systems/voxel_pages/voxel_pages.h"
@@ -32,6 +35,8 @@ typedef struct voxelizing {
     cache_maker maker;
     voxel_keys keys;
     kd_voxel_writer writer;
+    bool measures; /* how far voxels are from the mesh, instead of writing them */
+    voxel_distances measured;
 } voxelizing;
 
 /* ---- before ---- */
@@ -53,17 +58,17 @@ static kd_status open_all(voxelizing *v)
 {
     kd_file_out probe;
     const char *out = v->options->voxelizing.out;
-    if (!out)
-        return kd_fail(KD_USAGE, "voxelize needs a file to write; add -o FILE.kvox");
-    kd_status status = kd_file_out_open(&probe, out); /* what would fail at the end */
-    if (status)
-        return status;
-    kd_file_out_cancel(&probe);
+    if (!v->measures) {
+        kd_status status = kd_file_out_open(&probe, out); /* what would fail at the end */
+        if (status)
+            return status;
+        kd_file_out_cancel(&probe);
+    }
     v->jobs = kd_jobs_make(v->options->threads);
     v->world = kd_world_make();
     if (!v->jobs || !v->world)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    status = app_scene_load(&v->scene, v->world, v->options);
+    kd_status status = app_scene_load(&v->scene, v->world, v->options);
     if (!status)
         status = kd_gpu_open(&(kd_gpu_desc){.api = v->options->context}, &v->gpu);
     if (!status)
@@ -131,6 +136,22 @@ static void name_level(const kd_scene_store *store, uint32_t primitive, kd_voxel
     }
 }
 
+static kd_status measure_level(voxelizing *v, const kd_voxel_scene *scene, const kd_voxel_cache *cache)
+{
+    if (cache->chunk_count != 1)
+        return cache->chunk_count ? KD_TOO_LARGE : KD_OK;
+    const kd_voxel_chunk *chunk = &scene->chunks[cache->first_chunk];
+    uint32_t(*shape)[2] = malloc(chunk->count * sizeof *shape);
+    kd_status status = shape ? KD_OK : KD_NO_MEMORY;
+    if (!status) {
+        kd_gpu_read_buffer(v->gpu, scene->cache_shape, (size_t)chunk->first * 8, shape,
+                           chunk->count * sizeof *shape);
+        status = voxel_distances_add(cache->desc, chunk, (const uint32_t(*)[2])shape, &v->measured);
+    }
+    free(shape);
+    return status;
+}
+
 static kd_status make_level(voxelizing *v, kd_voxel_scene *scene, kd_voxel_cache *cache)
 {
     const kd_scene_store *store = kd_singleton(v->world, kd_scene_store);
@@ -140,7 +161,8 @@ static kd_status make_level(voxelizing *v, kd_voxel_scene *scene, kd_voxel_cache
         return kd_fail(KD_NO_MEMORY, "out of memory");
     kd_status status = maker_make(v->gpu, &v->maker, store, scene, cache);
     if (!status)
-        status = maker_write(v->gpu, scene, cache, level, &v->writer);
+        status = v->measures ? measure_level(v, scene, cache)
+                             : maker_write(v->gpu, scene, cache, level, &v->writer);
     kd_voxel_cache_drop(scene, cache);
     if (kd_gpu_failed(v->gpu))
         return KD_GPU;
@@ -228,22 +250,76 @@ static void close_all(voxelizing *v)
         kd_jobs_destroy(v->jobs);
 }
 
-kd_status app_voxelize(const app_options *options)
+/* Voxelize everything once. */
+static kd_status run(voxelizing *v)
 {
-    voxelizing v = {.options = options};
-    app_interrupt_install();
-    kd_status status = open_all(&v);
+    kd_status status = open_all(v);
     if (!status) {
-        apply_options(&v);
-        status = list_caches(&v);
+        apply_options(v);
+        status = list_caches(v);
     }
     if (!status)
-        status = make_all(&v);
+        status = make_all(v);
     app_console_clear();
+    return status;
+}
+
+static const char *last_part(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+/* One row of the table, in percent of the diagonal of the box of all that is drawn. */
+static kd_status measure(const app_options *options, uint32_t resolution)
+{
+    app_options with = *options;
+    with.voxelizing.resolution = resolution;
+    with.voxelizing.levels = 1;
+    with.voxelizing.span = 0;
+    voxelizing v = {.options = &with, .measures = true};
+    kd_status status = run(&v);
+    if (!status) {
+        const kd_draw_list *list = kd_singleton(v.world, kd_draw_list);
+        kd_vec3 size = kd_vec3_sub(list->bounds_max_ws, list->bounds_min_ws);
+        double edges = (double)kd_vec3_length(size) / (double)v.scene.settings.voxels_span / 100;
+        const voxel_distances *d = &v.measured;
+        printf("%-24s %5u^3 %9llu %16.4f %16.4f\n", last_part(options->subject), resolution,
+               (unsigned long long)d->voxels, d->to_mesh / (double)d->voxels / edges,
+               d->to_voxels / (double)d->vertices / edges);
+    }
+    close_all(&v);
+    return status;
+}
+
+/* As Gaitatzes & Papaioannou 2012 print it, table 6.2. */
+static kd_status print_distances(const app_options *options)
+{
+    kd_status status = KD_OK;
+    printf("mean distance, %% of the diagonal of the box\n%-24s %7s %9s %16s %16s\n", "scene", "grid",
+           "voxels", "voxels to mesh", "mesh to voxels");
+    for (uint32_t resolution = 64; resolution <= 256 && !status; resolution *= 2)
+        status = measure(options, resolution);
+    return status;
+}
+
+static kd_status write_voxels(const app_options *options)
+{
+    voxelizing v = {.options = options};
+    kd_status status = run(&v);
     if (!status)
         status = write_file(&v);
     close_all(&v);
     if (status == KD_INTERRUPTED)
         kd_log(KD_LOG_INFO, "interrupted; %s was not written", options->voxelizing.out);
     return status;
+}
+
+kd_status app_voxelize(const app_options *options)
+{
+    if (!options->voxelizing.out && !options->voxelizing.hausdorff)
+        return kd_fail(KD_USAGE, "voxelize needs a file to write; add -o FILE.kvox");
+    app_interrupt_install();
+    kd_status status = options->voxelizing.out ? write_voxels(options) : KD_OK;
+    return !status && options->voxelizing.hausdorff ? print_distances(options) : status;
 }
