@@ -112,6 +112,7 @@ static void chunk_of_many_cells_is_packed_in_full(void **state)
 {
     (void)state;
     voxel_world v = voxel_open((voxel_options){.resolution = 256, .span = SPAN});
+    v.frame->settings.voxels_separating = 26;
     voxel_spawn(&v, make_slope(520 * SPAN), voxel_at(0, 0, 0));
     voxel_frame(&v);
     const kd_voxel_cache *cache = cache_of(&v);
