@@ -1,5 +1,5 @@
-/* Uses the window of the program as a person does: an X server of the test's own, keys and mouse pressed through
- * its test extension, pictures taken from its screen. Included once, by the test's only source. */
+/* Uses the window of the program as a person does: an X server of the test's own, keys and mouse pressed
+ * through its test extension, pictures taken from its screen. Included once, by the test's only source. */
 #ifndef KD_TESTS_WINDOW_FIXTURE_H
 #define KD_TESTS_WINDOW_FIXTURE_H
 
@@ -14,7 +14,12 @@
 #include "tests/program_fixture.h"
 #include "tests/xvfb_fixture.h"
 
-enum { WINDOW_SKIP = 77, WINDOW_WIDTH = 480, WINDOW_HEIGHT = 240, WINDOW_PIXELS = WINDOW_WIDTH * WINDOW_HEIGHT };
+enum {
+    WINDOW_SKIP = 77,
+    WINDOW_WIDTH = 480,
+    WINDOW_HEIGHT = 240,
+    WINDOW_PIXELS = WINDOW_WIDTH * WINDOW_HEIGHT
+};
 
 /* How long something may take at most: a limit for a program that hangs, no measure. */
 #define WINDOW_PATIENCE_S (PROGRAM_LIMIT_S * 6)
@@ -95,6 +100,8 @@ static void window_key(unsigned long symbol)
 {
     window_hold(symbol, true);
     window_hold(symbol, false);
+    /* GLFW takes what follows at once for a key that repeats. */
+    nanosleep(&(struct timespec){.tv_nsec = 60000000}, NULL);
 }
 
 static inline void window_control(unsigned long symbol)
@@ -141,6 +148,8 @@ static int window_teardown(void **state)
         waitpid(window_program.pid, NULL, 0);
         window_program.pid = 0;
     }
+    if (getenv("KD_KEEP_PICTURES"))
+        return chdir("/");
     snprintf(command, sizeof command, "rm -rf '%s'", window_folder);
     return chdir("/") == 0 && system(command) == 0 ? 0 : -1;
 }
@@ -198,7 +207,8 @@ static void window_see(picture *out)
     assert_non_null(image);
     assert_int_equal(image->bits_per_pixel, 32);
     for (int i = 0; i < WINDOW_PIXELS; i++) {
-        const uint8_t *bgrx = (const uint8_t *)image->data + (size_t)(i / WINDOW_WIDTH * image->bytes_per_line) +
+        const uint8_t *bgrx = (const uint8_t *)image->data +
+                              (size_t)(i / WINDOW_WIDTH * image->bytes_per_line) +
                               (size_t)(i % WINDOW_WIDTH) * 4;
         for (int k = 0; k < 3; k++)
             out->rgb[i][k] = bgrx[2 - k];
@@ -236,8 +246,21 @@ static double picture_difference(const picture *a, const picture *b)
 
 static void window_rest(double seconds)
 {
-    nanosleep(&(struct timespec){.tv_sec = (time_t)seconds, .tv_nsec = (long)((seconds - (long)seconds) * 1e9)},
-              NULL);
+    nanosleep(
+        &(struct timespec){.tv_sec = (time_t)seconds, .tv_nsec = (long)((seconds - (long)seconds) * 1e9)},
+        NULL);
+}
+
+/* What was seen goes to a file when KD_KEEP_PICTURES is set: then someone wants to look at it. */
+static void window_fail(const picture *p, int line, const char *what)
+{
+    FILE *file = getenv("KD_KEEP_PICTURES") ? fopen("seen.ppm", "wb") : NULL;
+    if (file) {
+        fprintf(file, "P6\n%d %d\n255\n", WINDOW_WIDTH, WINDOW_HEIGHT);
+        fwrite(p->rgb, 1, sizeof p->rgb, file);
+        fclose(file);
+    }
+    fail_msg("line %d: never came: %s", line, what);
 }
 
 /* Look until the condition on `seen` holds; the test fails when that takes too long. */
@@ -249,7 +272,7 @@ static void window_rest(double seconds)
             if (condition)                                                                                   \
                 break;                                                                                       \
             if (program_clock_s() > deadline_)                                                               \
-                fail_msg("line %d: never came: %s", __LINE__, #condition);                                   \
+                window_fail(seen, __LINE__, #condition);                                                     \
             window_rest(0.02);                                                                               \
         }                                                                                                    \
     } while (0)
@@ -266,7 +289,7 @@ static void window_settle(picture *out)
         equal = picture_difference(out, &last) == 0 ? equal + 1 : 0;
         last = *out;
         if (program_clock_s() > deadline)
-            fail_msg("the picture never stands still");
+            window_fail(out, __LINE__, "a picture that stands still");
     }
 }
 

@@ -122,19 +122,23 @@ void apply(kd_ui *ui, const kd_window_event &event)
     }
 }
 
-/* Take events up to the second press or release: what is down is looked at once a frame only. */
+/* Take what may share a frame: moves, or one press or release. ImGui looks once a frame at what is down and
+ * where the pointer is, so that a drag begins where it was pressed and ends where it was let go. */
 void apply_some(kd_ui *ui)
 {
     int taken = 0;
-    bool pressed = false;
+    bool moved = false;
     for (; taken < ui->event_count; taken++) {
         const kd_window_event &event = ui->events[taken];
         bool presses = event.kind == KD_WINDOW_BUTTON || event.kind == KD_WINDOW_KEY;
-        /* A pointer that moves on after a press has its own frame too: a drag begins where it was pressed. */
-        if (pressed && (presses || event.kind == KD_WINDOW_POINTER))
+        if (presses && moved)
             break;
         apply(ui, event);
-        pressed = pressed || presses;
+        moved = moved || event.kind == KD_WINDOW_POINTER;
+        if (presses) {
+            taken++;
+            break;
+        }
     }
     ui->event_count -= taken;
     std::memmove(ui->events, ui->events + taken, static_cast<size_t>(ui->event_count) * sizeof *ui->events);

@@ -178,6 +178,7 @@ static kd_status open_session(window_session *s, const app_window_desc *desc)
         return status;
     app_console_listen(listen, s);
     s->watch = window_watch_make();
+    window_watch_files(s); /* before the first picture: whoever sees it may edit at once */
     window_list_scenes(s);
     return KD_OK;
 }

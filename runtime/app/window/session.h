@@ -73,7 +73,6 @@ typedef struct window_session {
     window_watch *watch;
     const char **kept_sets; /* of options, when a scene took another's place */
     bool broken_shaders;    /* some do not compile as they stand */
-    bool watched;           /* the files of the scene are known */
     bool reload_asked;
     char next_subject[KD_PATH_MAX]; /* "": no other scene is asked for */
 } window_session;
@@ -121,6 +120,8 @@ const char *window_bytes(uint64_t bytes, char out[16]);
 void window_list_scenes(window_session *s);
 /** Ask for the scene that comes `by` after the one that is on. */
 void window_next_scene(window_session *s, int by);
+/** Watch the files that the scene which is on was made of. */
+void window_watch_files(window_session *s);
 /** Ask for one of the list. */
 void window_choose_scene(window_session *s, uint32_t index);
 /** Do what was asked for: another scene, or the same anew. Errors only when nothing is left to be shown */

@@ -69,7 +69,7 @@ void window_choose_scene(window_session *s, uint32_t index)
 
 /* ---- what is watched ---- */
 
-static void watch_files(window_session *s)
+void window_watch_files(window_session *s)
 {
     char folder[KD_PATH_MAX];
     const app_scene *scene = &s->stage->scene;
@@ -141,7 +141,7 @@ static kd_status take_on(window_session *s, app_stage *other, uint64_t frame)
     s->next_step_s = s->now_s;
     s->profile_row = 0;
     window_touch(s);
-    watch_files(s);
+    window_watch_files(s);
     return window_stage_begin(s);
 }
 
@@ -229,10 +229,6 @@ kd_status window_switch(window_session *s)
     char subject[KD_PATH_MAX];
     if (s->frame == 0 && !s->stopped)
         return KD_OK;
-    if (!s->watched) {
-        s->watched = true;
-        watch_files(s);
-    }
     uint32_t changes = window_watch_poll(s->watch, s->now_s);
     if (changes & WINDOW_CHANGED_SHADERS)
         reload_shaders(s);
