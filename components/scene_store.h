@@ -98,21 +98,27 @@ typedef struct kd_draw_batch {
     uint32_t material;
     uint32_t first_draw, draw_count;
     bool mirrored; /* front faces turn over */
+    bool voxels;   /* some of them enter the voxel scene */
 } kd_draw_batch;
 typedef struct kd_draw {
     kd_draw_indexed args; /* base_instance is the object's index */
     kd_entity entity;
     uint32_t primitive; /* store primitive, or deformed primitive when deformed */
     bool deformed;
+    bool moved;                           /* the entity's matrix has changed since it was first drawn */
     kd_vec3 bounds_min_ws, bounds_max_ws; /* conservative; of deformed objects from their joints */
 } kd_draw;
 typedef struct kd_draw_list {
     uint32_t draw_count, batch_count, object_count;
-    const kd_draw *draws;                 /* sorted by batch */
-    const kd_draw_batch *batches;         /* opaque first, then mask, then blend */
-    kd_gpu_buffer objects;                /* kd_object[object_count] */
-    kd_gpu_buffer object_ids;             /* 0, 1, 2 …: per-instance attribute KD_LOC_OBJECT */
-    kd_gpu_buffer args;                   /* kd_draw_indexed[draw_count] in the order of draws */
+    const kd_draw *draws;         /* sorted by batch */
+    const kd_draw_batch *batches; /* opaque first, then mask, then blend */
+    kd_gpu_buffer objects;        /* kd_object[object_count] */
+    kd_gpu_buffer object_ids;     /* 0, 1, 2 …: per-instance attribute KD_LOC_OBJECT */
+    kd_gpu_buffer args;           /* kd_draw_indexed[draw_count] in the order of draws */
+    const uint32_t *deforming;    /* [deforming_count] numbers of the draws that deform */
+    uint32_t deforming_count;
+    const struct kd_box_tree *tree; /* of the draws by number; still: rigid, with voxels, never moved. NULL:
+                                       none yet */
     kd_vec3 bounds_min_ws, bounds_max_ws; /* of everything drawn */
     void *internal;
     void (*release)(

@@ -5,12 +5,14 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "components/camera.h"
 #include "components/frame.h"
 #include "components/material.h"
 #include "components/render_targets.h"
 #include "runtime/core/arena.h"
+#include "runtime/core/box_tree.h"
 #include "runtime/core/frustum.h"
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
@@ -80,15 +82,22 @@ static kd_gpu_program find_program(kd_gpu *gpu, deferred_state *s, uint32_t maps
     return s->programs[maps][masked];
 }
 
-/* Gather the arguments of the batch's draws that touch the view. Returns how many. */
-static uint32_t cull_batch(const kd_draw_list *list, const kd_draw_batch *batch, const kd_frustum *frustum,
-                           kd_draw_indexed *out)
+/* Gather the arguments of the draws that touch the view, and how many of each batch; blended ones come last
+ * and are left out. Returns how many. */
+static uint32_t cull_draws(const kd_draw_list *list, const kd_scene_store *store, const kd_frustum *frustum,
+                           uint32_t *numbers, kd_draw_indexed *args, uint32_t *counts)
 {
-    uint32_t count = 0;
-    for (uint32_t i = batch->first_draw; i < batch->first_draw + batch->draw_count; i++)
-        if (kd_frustum_touches(frustum, list->draws[i].bounds_min_ws, list->draws[i].bounds_max_ws))
-            out[count++] = list->draws[i].args;
-    return count;
+    uint32_t count = kd_box_tree_in_frustum(list->tree, frustum, numbers), b = 0, i = 0;
+    memset(counts, 0, list->batch_count * sizeof *counts);
+    for (; i < count; i++) {
+        while (numbers[i] >= list->batches[b].first_draw + list->batches[b].draw_count)
+            b++;
+        if (deferred_is_blended(store, &list->batches[b]))
+            break;
+        args[i] = list->draws[numbers[i]].args;
+        counts[b]++;
+    }
+    return i;
 }
 
 /* Bind parameters and maps. Returns the program that reads them. */
@@ -149,16 +158,13 @@ static void geometry_run(kd_system_context *context)
         return;
     kd_frustum frustum = kd_frustum_make(&kd_singleton(context->world, kd_view)->view_projection, -1);
     kd_draw_indexed *args = KD_ARENA_NEW(context->scratch, kd_draw_indexed, list->draw_count);
-    uint32_t *counts = KD_ARENA_NEW(context->scratch, uint32_t, list->batch_count), total = 0;
-    if (args == NULL || counts == NULL) {
+    uint32_t *counts = KD_ARENA_NEW(context->scratch, uint32_t, list->batch_count);
+    uint32_t *numbers = KD_ARENA_NEW(context->scratch, uint32_t, 2 * (size_t)list->draw_count);
+    if (args == NULL || counts == NULL || numbers == NULL) {
         kd_fail(KD_NO_MEMORY, "geometry: no memory for %u draws; use a smaller scene", list->draw_count);
         return;
     }
-    for (uint32_t b = 0; b < list->batch_count; b++)
-        if (deferred_is_blended(store, &list->batches[b]))
-            counts[b] = 0;
-        else
-            total += counts[b] = cull_batch(list, &list->batches[b], &frustum, args + total);
+    uint32_t total = cull_draws(list, store, &frustum, numbers, args, counts);
     if (total == 0)
         return;
     kd_gpu_ensure_buffer(gpu, &s->args, total * sizeof *args, 0, "geometry arguments");

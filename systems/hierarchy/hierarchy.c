@@ -1,5 +1,6 @@
-/* System hierarchy: world transforms, parents before children. Every matrix is computed, but only those that
- * differ are written, so that "changed since" means moved to whoever asks. */
+/* System hierarchy: world transforms, parents before children. Only rows that the world has stamped since the
+ * last run are computed, and all children when one of these has any; only matrices that differ are written,
+ * so that "changed since" means moved to whoever asks. */
 
 #include "systems/hierarchy/hierarchy.h"
 
@@ -8,10 +9,14 @@
 
 #include "components/transform.h"
 #include "runtime/core/log.h"
+#include "runtime/ecs/observer.h"
 
 typedef struct hierarchy_state {
     kd_query *placed;
     kd_query *unplaced; /* have a pose but no world transform yet */
+    uint64_t version;   /* of the world after the last run; 0: none */
+    bool everything;    /* is to be computed: something came or went that rows of children do not tell */
+    bool deeper;        /* children of what was placed in this run are to follow */
 } hierarchy_state;
 
 static kd_mat4 local_matrix(const kd_transform *pose, const kd_local_matrix *matrix)
@@ -46,7 +51,13 @@ static kd_mat4 place(const kd_transform *pose, const kd_local_matrix *matrix, co
     return parent ? kd_mat4_mul(parent, &local) : local;
 }
 
-static void place_rows(const kd_world *w, kd_iter *it)
+/* Whether a row's children have to follow: its matrix has changed, or is its own affair. */
+static bool leads(const kd_world *w, kd_entity e, bool changed, bool posed)
+{
+    return (changed || !posed) && kd_first_child(w, e).generation != 0;
+}
+
+static void place_rows(hierarchy_state *state, const kd_world *w, kd_iter *it)
 {
     const kd_world_transform *worlds = KD_COLUMN(it, kd_world_transform, 0);
     const kd_transform *poses = KD_COLUMN(it, kd_transform, 1);
@@ -61,10 +72,12 @@ static void place_rows(const kd_world *w, kd_iter *it)
             last = e;
             parent = parent_world(w, e, &above) ? &above : NULL;
         }
-        if (!poses && !matrices && !parent)
-            continue; /* a root without a pose stays where it was put */
-        kd_mat4 world = place(poses ? &poses[i] : NULL, matrices ? &matrices[i] : NULL, parent);
-        if (memcmp(&world, &worlds[i].matrix, sizeof world) == 0)
+        bool posed = poses || matrices || parent; /* else it stays where it was put */
+        kd_mat4 world = posed ? place(poses ? &poses[i] : NULL, matrices ? &matrices[i] : NULL, parent)
+                              : worlds[i].matrix;
+        bool changed = memcmp(&world, &worlds[i].matrix, sizeof world) != 0;
+        state->deeper = state->deeper || leads(w, it->entities[i], changed, posed);
+        if (!changed)
             continue;
         if (!out)
             out = KD_COLUMN_MUT(it, kd_world_transform, 0);
@@ -73,9 +86,9 @@ static void place_rows(const kd_world *w, kd_iter *it)
 }
 
 /* Entities that came without a world transform get one with the next merge, already at its place. */
-static void place_new(kd_system_context *c, kd_query *unplaced)
+static void place_new(kd_system_context *c, hierarchy_state *state)
 {
-    for (kd_iter it = kd_query_iter(unplaced); kd_iter_next(&it);) {
+    for (kd_iter it = kd_query_iter(state->unplaced); kd_iter_next(&it);) {
         const kd_transform *poses = KD_COLUMN(&it, kd_transform, 0);
         const kd_local_matrix *matrices = KD_COLUMN(&it, kd_local_matrix, 1);
         for (uint32_t i = 0; i < it.count; i++) {
@@ -83,6 +96,7 @@ static void place_new(kd_system_context *c, kd_query *unplaced)
             bool has_parent = parent_world(c->world, kd_get_parent(c->world, it.entities[i]), &above);
             kd_world_transform world = {
                 place(poses ? &poses[i] : NULL, matrices ? &matrices[i] : NULL, has_parent ? &above : NULL)};
+            state->everything = state->everything || leads(c->world, it.entities[i], true, true);
             kd_commands_set(c->commands, it.entities[i], (kd_value){&kd_world_transform_desc, &world});
         }
     }
@@ -90,10 +104,27 @@ static void place_new(kd_system_context *c, kd_query *unplaced)
 
 static void hierarchy_run(kd_system_context *c)
 {
-    const hierarchy_state *state = c->user;
-    for (kd_iter it = kd_query_iter(state->placed); kd_iter_next(&it);)
-        place_rows(c->world, &it);
-    place_new(c, state->unplaced);
+    hierarchy_state *state = c->user;
+    kd_iter changed = kd_query_iter(state->placed);
+    changed.changed_since = state->everything ? 0 : state->version;
+    state->deeper = state->everything = false;
+    while (kd_iter_next(&changed))
+        place_rows(state, c->world, &changed);
+    for (kd_iter it = kd_query_iter(state->placed);
+         state->deeper && changed.changed_since && kd_iter_next(&it);)
+        if (it.parents)
+            place_rows(state, c->world, &it);
+    place_new(c, state);
+    state->version = kd_world_version(c->world);
+}
+
+/* What a child hangs from may be further up from now on. */
+static void note_removal(kd_world *w, const kd_observed *what, void *user)
+{
+    hierarchy_state *state = user;
+    (void)w;
+    (void)what;
+    state->everything = true;
 }
 
 static kd_status hierarchy_init(kd_system_context *c)
@@ -109,14 +140,15 @@ static kd_status hierarchy_init(kd_system_context *c)
                                                            KD_WITHOUT(kd_world_transform)},
                                                  .by_depth = true,
                                                  .name = "hierarchy, new ones"});
-    return state->placed && state->unplaced
-               ? KD_OK
-               : kd_fail(KD_NO_MEMORY, "out of memory for the hierarchy's queries");
+    bool ready = state->placed && state->unplaced &&
+                 kd_observe(c->world, &kd_world_transform_desc, KD_ON_REMOVE, note_removal, state) == KD_OK;
+    return ready ? KD_OK : kd_fail(KD_NO_MEMORY, "out of memory for the hierarchy's queries");
 }
 
 static void hierarchy_fini(kd_system_context *c)
 {
     hierarchy_state *state = c->user;
+    kd_unobserve(c->world, &kd_world_transform_desc, note_removal, state);
     kd_query_destroy(state->placed);
     kd_query_destroy(state->unplaced);
     free(state);

@@ -1,6 +1,8 @@
 /* System draw_list: everything visible as one sorted list, one draw and one object for each primitive of each
  * entity. The order is a function of the scene alone: opaque, mask, blend; then material, mirrored, entity,
- * primitive. The working arrays grow to the largest frame and stay. */
+ * primitive. The list stands from frame to frame: what moved is emitted again where it is, and all of it is
+ * made anew when an entity came, went or draws something else (draw_follow.c). The working arrays grow to the
+ * largest frame and stay. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,8 +16,9 @@
 static void release(kd_draw_list *list)
 {
     scene_draws *d = list->internal;
-    void *const arrays[] = {d->items, d->sorted,        d->draws, d->batches, d->objects, d->previous_objects,
-                            d->args,  d->previous_args, d};
+    void *const arrays[] = {d->items, d->sorted, d->draws, d->batches,   d->objects, d->args,
+                            d->next,  d->dirty,  d->shown, d->deforming, d->modes,   d};
+    kd_box_tree_fini(&d->tree);
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
     *list = (kd_draw_list){0};
@@ -30,6 +33,21 @@ scene_draws *scene_draws_get(kd_draw_list *list)
     return list ? list->internal : NULL;
 }
 
+void scene_mark_dirty(scene_draws *d, uint32_t number)
+{
+    d->changed = true;
+    d->dirty[number / SCENE_DIRTY_DRAWS / 64] |= 1ull << (number / SCENE_DIRTY_DRAWS % 64);
+}
+
+static bool reserve_dirty(scene_draws *d, uint64_t draws)
+{
+    uint32_t before = d->dirty_capacity;
+    if (!SCENE_RESERVE(d->dirty, d->dirty_capacity, draws / SCENE_DIRTY_DRAWS / 64 + 1))
+        return false;
+    memset(d->dirty + before, 0, (d->dirty_capacity - before) * sizeof *d->dirty);
+    return true;
+}
+
 /* Grow all arrays together: one item may become one of each. */
 static bool reserve(scene_draws *d, uint64_t needed)
 {
@@ -38,8 +56,9 @@ static bool reserve(scene_draws *d, uint64_t needed)
         c[i] = d->capacity;
     bool ok = SCENE_RESERVE(d->items, c[0], needed) && SCENE_RESERVE(d->sorted, c[1], needed) &&
               SCENE_RESERVE(d->draws, c[2], needed) && SCENE_RESERVE(d->batches, c[3], needed) &&
-              SCENE_RESERVE(d->objects, c[4], needed) && SCENE_RESERVE(d->previous_objects, c[5], needed) &&
-              SCENE_RESERVE(d->args, c[6], needed) && SCENE_RESERVE(d->previous_args, c[7], needed);
+              SCENE_RESERVE(d->objects, c[4], needed) && SCENE_RESERVE(d->args, c[5], needed) &&
+              SCENE_RESERVE(d->next, c[6], needed) && SCENE_RESERVE(d->deforming, c[7], needed) &&
+              reserve_dirty(d, c[0]);
     if (ok)
         d->capacity = c[0];
     else if (!d->out_of_memory)
@@ -49,38 +68,19 @@ static bool reserve(scene_draws *d, uint64_t needed)
     return ok;
 }
 
-static float determinant(const kd_vec4 r[3])
+static bool room_for(scene_draws *d, uint64_t needed)
 {
-    return r[0].x * (r[1].y * r[2].z - r[1].z * r[2].y) - r[0].y * (r[1].x * r[2].z - r[1].z * r[2].x) +
-           r[0].z * (r[1].x * r[2].y - r[1].y * r[2].x);
+    if (d->most && needed > d->most) {
+        if (!d->said_most)
+            kd_log(KD_LOG_WARNING,
+                   "the scene has more than the %u draws that the driver has room for; the "
+                   "rest is left out",
+                   d->most);
+        d->said_most = true;
+        return false;
+    }
+    return needed <= d->capacity || reserve(d, needed);
 }
-
-static const kd_vec4 (*skin_rows(const kd_joint_palette *palette, const kd_scene_store *store,
-                                 const kd_skin_instance *skin, uint32_t *count))[3]
-{
-    *count = 0;
-    if (!skin || !palette->rows || skin->skin >= store->skin_count)
-        return NULL;
-    uint32_t joints = store->skins[skin->skin].joint_count;
-    if (skin->first_matrix > palette->count || joints > palette->count - skin->first_matrix)
-        return NULL;
-    *count = joints;
-    return joints ? palette->rows + skin->first_matrix : NULL;
-}
-
-static uint32_t material_of(const kd_scene_store *store, const scene_item *item)
-{
-    uint32_t own = store->primitives[item->primitive].material;
-    uint32_t number = item->instance->material ? item->instance->material - 1 : own;
-    return number < store->material_count ? number : 0;
-}
-
-typedef struct collector {
-    scene_draws *draws;
-    const kd_scene_store *store;
-    const kd_joint_palette *palette;
-    uint32_t count;
-} collector;
 
 static bool on_gpu(const kd_scene_store *store, const kd_mesh_instance *instance)
 {
@@ -92,27 +92,18 @@ static bool on_gpu(const kd_scene_store *store, const kd_mesh_instance *instance
                                     store->deformed[instance->deformed - 1].mesh == instance->mesh));
 }
 
-static void finish_item(const collector *c, scene_item *item)
-{
-    kd_vec4 rows[3];
-    uint32_t count;
-    const kd_vec4(*palette)[3] = item->deformed ? skin_rows(c->palette, c->store, item->skin, &count) : NULL;
-    scene_matrix_rows(item->world, rows);
-    item->mirrored = determinant(palette ? palette[0] : (const kd_vec4 *)rows) < 0;
-    uint32_t material = material_of(c->store, item);
-    uint64_t mode = (uint64_t)c->store->materials[material].desc.alpha_mode;
-    item->order = mode << 33 | (uint64_t)material << 1 | item->mirrored;
-    item->entity_order = (uint64_t)item->entity.index << 32 | item->part;
-}
-
-static void collect_entity(collector *c, const scene_item *entity)
+/* An entity whose parts are not on the GPU yet is drawn later. */
+static void collect_entity(scene_collector *c, const scene_item *entity)
 {
     const kd_mesh_instance *instance = entity->instance;
-    if (instance->hidden || instance->mesh >= c->store->mesh_count || !on_gpu(c->store, instance))
+    if (instance->hidden)
         return;
+    if (instance->mesh >= c->store->mesh_count || !on_gpu(c->store, instance)) {
+        c->draws->waiting = true;
+        return;
+    }
     const kd_store_mesh *mesh = &c->store->meshes[instance->mesh];
-    if (c->count + (uint64_t)mesh->primitive_count > c->draws->capacity &&
-        !reserve(c->draws, c->count + (uint64_t)mesh->primitive_count))
+    if (!room_for(c->draws, c->count + (uint64_t)mesh->primitive_count))
         return;
     for (uint32_t i = 0; i < mesh->primitive_count; i++) {
         const kd_store_primitive *p = &c->store->primitives[mesh->first_primitive + i];
@@ -123,24 +114,22 @@ static void collect_entity(collector *c, const scene_item *entity)
         item->primitive = mesh->first_primitive + i;
         item->part = i;
         item->deformed = instance->deformed && scene_primitive_deforms(p, entity->skin != NULL);
-        finish_item(c, item);
+        scene_item_finish(c, item);
     }
 }
 
-static void collect(collector *c)
+static void collect(scene_collector *c)
 {
-    for (kd_iter it = kd_query_iter(c->draws->query); kd_iter_next(&it);) {
-        const kd_mesh_instance *instances = KD_COLUMN(&it, kd_mesh_instance, 0);
-        const kd_world_transform *worlds = KD_COLUMN(&it, kd_world_transform, 1);
-        const kd_skin_instance *skins = KD_COLUMN(&it, kd_skin_instance, 2);
-        const kd_morph_weights *weights = KD_COLUMN(&it, kd_morph_weights, 3);
-        for (uint32_t i = 0; i < it.count; i++)
-            collect_entity(c, &(scene_item){.entity = it.entities[i],
-                                            .instance = &instances[i],
-                                            .world = &worlds[i].matrix,
-                                            .skin = skins ? &skins[i] : NULL,
-                                            .weights = weights ? &weights[i] : NULL});
-    }
+    scene_rows rows;
+    c->draws->waiting = false;
+    for (kd_iter it = kd_query_iter(c->draws->query); scene_rows_next(&it, &rows);)
+        for (uint32_t i = 0; i < it.count; i++) {
+            scene_item entity = scene_row(&rows, i);
+            if (scene_show(c->draws, &entity))
+                collect_entity(c, &entity);
+            else
+                c->draws->waiting = true; /* no memory: it is tried again */
+        }
 }
 
 static bool before(const scene_item *a, const scene_item *b)
@@ -170,121 +159,79 @@ static scene_item *sort_items(scene_item *items, scene_item *spare, uint32_t cou
     return items;
 }
 
-/* Rows of the inverse transpose; of a singular matrix the cofactors, which still point the right way. */
-static void normal_matrix(const kd_mat4 *m, struct kd_object *object)
-{
-    const kd_vec3 x = {m->m[0], m->m[1], m->m[2]}, y = {m->m[4], m->m[5], m->m[6]},
-                  z = {m->m[8], m->m[9], m->m[10]};
-    const kd_vec3 columns[3] = {kd_vec3_cross(y, z), kd_vec3_cross(z, x), kd_vec3_cross(x, y)};
-    float det = kd_vec3_dot(x, columns[0]);
-    float scale = fabsf(det) > 1e-30f ? 1 / det : 1;
-    for (int r = 0; r < 3; r++) {
-        const float row[3] = {(&columns[0].x)[r], (&columns[1].x)[r], (&columns[2].x)[r]};
-        object->normal_ws[r].x = row[0] * scale;
-        object->normal_ws[r].y = row[1] * scale;
-        object->normal_ws[r].z = row[2] * scale;
-        object->normal_ws[r].w = 0;
-    }
-}
-
-static void emit_object(struct kd_object *object, const scene_item *item, bool skinned, uint32_t material)
-{
-    const kd_mat4 model = skinned ? KD_MAT4_IDENTITY : *item->world;
-    memcpy(object->model_ws.m, model.m, sizeof model.m);
-    normal_matrix(&model, object);
-    object->info.x = material;
-    object->info.y =
-        (item->instance->no_shadow ? KD_OBJECT_NO_SHADOW : 0) | (item->mirrored ? KD_OBJECT_MIRRORED : 0);
-    object->info.z = item->entity.index;
-    object->info.w = 0;
-}
-
-static void emit_draw(const collector *c, const scene_item *item, uint32_t number)
-{
-    const kd_scene_store *store = c->store;
-    const kd_store_mesh *mesh = &store->meshes[item->instance->mesh];
-    uint32_t count = 0, primitive = item->primitive;
-    const kd_store_primitive *p = &store->primitives[primitive];
-    bool skinned = item->deformed && item->skin && p->first_skin_vertex != KD_NONE;
-    const kd_vec4(*rows)[3] = skinned ? skin_rows(c->palette, store, item->skin, &count) : NULL;
-    scene_box box = scene_primitive_bounds(store->internal, store, primitive, item->world, rows, count,
-                                           item->deformed ? item->weights : NULL);
-    if (item->deformed) {
-        primitive = store->deformed[item->instance->deformed - 1].first_primitive +
-                    (primitive - mesh->first_primitive);
-        p = &store->deformed_primitives[primitive];
-    }
-    c->draws->args[number] = (kd_draw_indexed){.index_count = p->index_count,
-                                               .instance_count = 1,
-                                               .first_index = p->first_index,
-                                               .base_vertex = (int32_t)p->base_vertex,
-                                               .base_instance = number};
-    c->draws->draws[number] = (kd_draw){.args = c->draws->args[number],
-                                        .entity = item->entity,
-                                        .primitive = primitive,
-                                        .deformed = item->deformed,
-                                        .bounds_min_ws = box.min,
-                                        .bounds_max_ws = box.max};
-    emit_object(&c->draws->objects[number], item, skinned, material_of(store, item));
-}
-
-static uint32_t emit_batches(const collector *c, const scene_item *items)
+static uint32_t emit_batches(const scene_collector *c, const scene_item *items)
 {
     kd_draw_batch *batches = c->draws->batches;
     uint32_t count = 0;
     for (uint32_t i = 0; i < c->count; i++) {
         if (!i || items[i].order != items[i - 1].order)
-            batches[count++] = (kd_draw_batch){
-                .material = material_of(c->store, &items[i]), .first_draw = i, .mirrored = items[i].mirrored};
+            batches[count++] = (kd_draw_batch){.material = scene_item_material(c->store, &items[i]),
+                                               .first_draw = i,
+                                               .mirrored = items[i].mirrored};
         batches[count - 1].draw_count++;
+        batches[count - 1].voxels |= !items[i].instance->no_voxels;
     }
     return count;
 }
 
-static void publish(kd_draw_list *list, const collector *c, const scene_item *items)
+/* Chain the draws of each entity, list those that deform. */
+static void link_draws(scene_draws *d, uint32_t count)
+{
+    d->deforming_count = 0;
+    for (uint32_t i = count; i-- > 0;) {
+        scene_shown *shown = &d->shown[d->current[i].entity.index];
+        d->next[i] = shown->first;
+        shown->first = i;
+        if (d->current[i].deformed)
+            d->deforming[d->deforming_count++] = i;
+    }
+}
+
+static void make_list(kd_draw_list *list, scene_collector *c)
 {
     scene_draws *d = c->draws;
-    scene_box all = SCENE_BOX_EMPTY;
-    for (uint32_t i = 0; i < c->count; i++) {
-        emit_draw(c, &items[i], i);
-        scene_box_join(&all, &(scene_box){d->draws[i].bounds_min_ws, d->draws[i].bounds_max_ws});
+    d->standing = false;
+    collect(c);
+    if (kd_box_tree_reserve(&d->tree, c->count) != KD_OK) {
+        kd_log(KD_LOG_ERROR, "out of memory for a tree of %u draws; nothing is drawn", c->count);
+        c->count = 0;
+        kd_box_tree_reserve(&d->tree, 0);
+        d->waiting = true;
     }
-    list->batch_count = emit_batches(c, items);
+    d->current = sort_items(d->items, d->sorted, c->count);
+    d->changed = true; /* also when nothing is left */
+    for (uint32_t i = 0; i < c->count; i++)
+        scene_emit_draw(c, &d->current[i], i);
+    link_draws(d, c->count);
+    kd_box_tree_build(&d->tree);
+    d->standing = true;
+    list->batch_count = emit_batches(c, d->current);
     list->draw_count = list->object_count = c->count;
     list->draws = d->draws;
     list->batches = d->batches;
-    list->bounds_min_ws = c->count ? all.min : (kd_vec3){0, 0, 0};
-    list->bounds_max_ws = c->count ? all.max : (kd_vec3){0, 0, 0};
-}
-
-/* Keep what the GPU has in previous_*: equal frames upload nothing. A change that was not uploaded yet stays
- * one. */
-static void compare(scene_draws *d, uint32_t count)
-{
-    d->changed |= count != d->previous_count ||
-                  (count && (memcmp(d->objects, d->previous_objects, count * sizeof *d->objects) != 0 ||
-                             memcmp(d->args, d->previous_args, count * sizeof *d->args) != 0));
-    struct kd_object *objects = d->objects;
-    kd_draw_indexed *args = d->args;
-    d->objects = d->previous_objects;
-    d->args = d->previous_args;
-    d->previous_objects = objects;
-    d->previous_args = args;
-    d->previous_count = count;
+    list->tree = &d->tree;
+    list->deforming = d->deforming;
+    list->deforming_count = d->deforming_count;
 }
 
 static void draw_list_run(kd_system_context *context)
 {
     kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
-    collector c = {.draws = scene_draws_get(list),
-                   .store = kd_singleton(context->world, kd_scene_store),
-                   .palette = kd_singleton(context->world, kd_joint_palette)};
+    scene_collector c = {.draws = scene_draws_get(list),
+                         .world = context->world,
+                         .store = kd_singleton(context->world, kd_scene_store),
+                         .palette = kd_singleton(context->world, kd_joint_palette)};
     if (!c.draws || !c.store->internal)
         return;
-    collect(&c);
-    const scene_item *items = sort_items(c.draws->items, c.draws->sorted, c.count);
-    publish(list, &c, items);
-    compare(c.draws, c.count);
+    uint64_t version = kd_world_version(context->world);
+    if (!scene_follow(&c))
+        make_list(list, &c);
+    c.draws->version = version;
+    if (kd_box_tree_is_worn(&c.draws->tree))
+        kd_box_tree_build(&c.draws->tree);
+    kd_box all = kd_box_tree_all(&c.draws->tree);
+    list->bounds_min_ws = list->draw_count ? all.low : (kd_vec3){0, 0, 0};
+    list->bounds_max_ws = list->draw_count ? all.high : (kd_vec3){0, 0, 0};
 }
 
 static kd_status draw_list_init(kd_system_context *context)

@@ -42,32 +42,61 @@ static bool make_buffers(kd_gpu *gpu, kd_draw_list *list, uint32_t capacity)
     return true;
 }
 
+/* Send the draws [first, end). */
+static void send(kd_gpu *gpu, const kd_draw_list *list, const scene_draws *d, uint32_t first, uint32_t end)
+{
+    uint32_t count = end - first;
+    kd_gpu_write_buffer(gpu, list->objects, first * sizeof *d->objects, d->objects + first,
+                        count * sizeof *d->objects);
+    kd_gpu_write_buffer(gpu, list->args, first * sizeof *d->args, d->args + first, count * sizeof *d->args);
+}
+
+/* Runs of what is dirty, each at once. */
+static void send_dirty(kd_gpu *gpu, const kd_draw_list *list, scene_draws *d)
+{
+    uint32_t blocks = (list->draw_count + SCENE_DIRTY_DRAWS - 1) / SCENE_DIRTY_DRAWS, first = 0, end = 0;
+    d->sent = 0;
+    for (uint32_t w = 0; w * 64 < blocks; w++) {
+        for (uint64_t bits = d->dirty[w]; bits; bits &= bits - 1) {
+            uint32_t at = (w * 64 + (uint32_t)__builtin_ctzll(bits)) * SCENE_DIRTY_DRAWS;
+            if (at >= list->draw_count)
+                break;
+            if (at != end && end > first)
+                send(gpu, list, d, first, end);
+            first = at == end ? first : at;
+            end = at + SCENE_DIRTY_DRAWS < list->draw_count ? at + SCENE_DIRTY_DRAWS : list->draw_count;
+            d->sent += end - at;
+        }
+        d->dirty[w] = 0;
+    }
+    if (end > first)
+        send(gpu, list, d, first, end);
+}
+
 static void draw_upload_run(kd_system_context *c)
 {
     kd_draw_list *list = kd_singleton(c->world, kd_draw_list);
     scene_draws *d = scene_draws_get(list);
     if (!d->gpu_capacity || d->gpu_capacity < list->draw_count) {
         uint32_t capacity = d->capacity ? d->capacity : 1;
+        if (capacity > d->most)
+            capacity = d->most;
         if (!make_buffers(c->gpu, list, capacity)) {
             kd_log(KD_LOG_ERROR, "out of memory for the draw list's buffers; it is tried again");
             return;
         }
         d->gpu_capacity = capacity;
+        for (uint32_t i = 0; i < list->draw_count; i += SCENE_DIRTY_DRAWS)
+            scene_mark_dirty(d, i);
     }
-    /* The list was swapped into previous_* when it was compared. */
-    if (list->draw_count) {
-        kd_gpu_write_buffer(c->gpu, list->objects, 0, d->previous_objects,
-                            list->draw_count * sizeof *d->previous_objects);
-        kd_gpu_write_buffer(c->gpu, list->args, 0, d->previous_args,
-                            list->draw_count * sizeof *d->previous_args);
-    }
+    send_dirty(c->gpu, list, d);
     d->changed = false;
 }
 
 static uint64_t draw_upload_bytes(const kd_system_context *c)
 {
-    const kd_draw_list *list = kd_singleton(c->world, kd_draw_list);
-    return list->draw_count * (sizeof(struct kd_object) + sizeof(kd_draw_indexed));
+    const scene_draws *d = scene_draws_get(kd_singleton(c->world, kd_draw_list));
+    return (d ? d->sent : 0) * (sizeof(struct kd_object) + sizeof(kd_draw_indexed));
 }
 
 static kd_status draw_upload_init(kd_system_context *c)
@@ -75,6 +104,7 @@ static kd_status draw_upload_init(kd_system_context *c)
     scene_draws *d = scene_draws_get(kd_singleton(c->world, kd_draw_list));
     if (!d)
         return kd_fail(KD_NO_MEMORY, "out of memory for the draw list");
+    d->most = (uint32_t)((size_t)kd_gpu_get_info(c->gpu)->max_ssbo_bytes / sizeof(struct kd_object));
     d->changed = true; /* so that the buffers stand even in a world without meshes */
     return KD_OK;
 }

@@ -4,7 +4,10 @@
 /* What the files of systems/scene share: the store's private side and the draw list's working arrays. */
 
 #include "components/mesh_instance.h"
+#include "components/deform.h"
 #include "components/scene_store.h"
+#include "components/transform.h"
+#include "runtime/core/box_tree.h"
 #include "runtime/core/ranges.h"
 #include "runtime/ecs/system.h"
 #include "shaders/shared/scene.h"
@@ -123,20 +126,78 @@ typedef struct scene_item {
     bool mirrored, deformed;
 } scene_item;
 
+/* What was last seen of an entity, by its index. */
+typedef struct scene_shown {
+    uint32_t generation;
+    uint32_t first; /* its draws, chained through scene_draws.next; KD_NONE: none */
+    bool moved;     /* its matrix has changed while it was drawn */
+    bool skinned, morphing;
+    kd_mesh_instance instance;
+    kd_mat4 world;
+} scene_shown;
+
+/* Draws that go to the GPU together. */
+#define SCENE_DIRTY_DRAWS 32
+
 typedef struct scene_draws {
     kd_query *query;
     scene_item *items, *sorted;
+    scene_item *current; /* one of both: by draw. Its pointers serve in the frame that set them alone */
     kd_draw *draws;
     kd_draw_batch *batches;
-    struct kd_object *objects, *previous_objects;
-    kd_draw_indexed *args, *previous_args;
-    uint32_t capacity, previous_count;
-    uint32_t gpu_capacity;
-    bool changed; /* differs from what the GPU has */
-    bool out_of_memory;
+    struct kd_object *objects;
+    kd_draw_indexed *args;
+    uint32_t *next;  /* [draws] the next draw of the same entity, or KD_NONE */
+    uint64_t *dirty; /* bits: SCENE_DIRTY_DRAWS draws each that the GPU has not as they are */
+    uint32_t capacity, dirty_capacity, gpu_capacity;
+    uint32_t *deforming, deforming_count; /* draws that may change without a row of theirs */
+    scene_shown *shown;
+    uint32_t shown_capacity;
+    kd_box_tree tree;
+    uint8_t *modes;
+    uint32_t mode_count, mode_capacity;
+    uint64_t version;            /* of the world when it was last looked at */
+    uint32_t entities, revision; /* of the query and of the store then */
+    uint32_t sent;               /* draws that went to the GPU last */
+    uint32_t most;               /* draws that the GPU's buffers can hold; 0: not known */
+    bool standing;               /* the list is whole */
+    bool waiting;                /* something is not on the GPU yet */
+    bool changed;                /* differs from what the GPU has */
+    bool out_of_memory, said_most;
 } scene_draws;
 /** Get the draw list with its private side made. Returns NULL when memory is out. */
 scene_draws *scene_draws_get(kd_draw_list *list);
+
+/* What the list is made with. */
+typedef struct scene_collector {
+    scene_draws *draws;
+    const kd_world *world;
+    const kd_scene_store *store;
+    const kd_joint_palette *palette;
+    uint32_t count;
+} scene_collector;
+
+/* Rows of the list's query, and one of them as the common part of its items. */
+typedef struct scene_rows {
+    const kd_entity *entities;
+    const kd_mesh_instance *instances;
+    const kd_world_transform *worlds;
+    const kd_skin_instance *skins;   /* or NULL */
+    const kd_morph_weights *weights; /* or NULL */
+} scene_rows;
+bool scene_rows_next(kd_iter *it, scene_rows *rows);
+scene_item scene_row(const scene_rows *rows, uint32_t i);
+
+uint32_t scene_item_material(const kd_scene_store *store, const scene_item *item);
+/** Set what follows from the rest: mirrored, and the place in the order. */
+void scene_item_finish(const scene_collector *c, scene_item *item);
+/** Write one draw, its object and its box. Room was reserved. */
+void scene_emit_draw(const scene_collector *c, const scene_item *item, uint32_t number);
+void scene_mark_dirty(scene_draws *d, uint32_t number);
+/** Keep in mind what an entity is now. Returns false when memory is out. */
+bool scene_show(scene_draws *d, const scene_item *entity);
+/** Bring the list up to date in place. Returns false when it has to be made anew. */
+bool scene_follow(const scene_collector *c);
 
 /* ---- systems ---- */
 kd_status scene_register_upload(kd_schedule *s);

@@ -1,4 +1,4 @@
-/* Which draws each shadow layer needs, on the CPU: one pass over the boxes of all draws a layer. The results
+/* Which draws each shadow layer needs, on the CPU: those of the draw list's tree that touch it. The results
  * are indirect arguments in layer order and runs over them: one run for everything opaque, one for each
  * masked batch; first of casters that rest, then of those that move. Beside each argument stands what its
  * depth depends on, by which a frame that changes nothing is known. */
@@ -11,10 +11,13 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "runtime/core/box_tree.h"
+
 /* What is asked once of a draw, whatever the number of layers. */
 typedef enum caster_kind { NO_CASTER, RESTING, MOVING } caster_kind;
 typedef struct shadow_draw {
     caster_kind kind;
+    uint32_t seen; /* shadow_state.cull_count of the frame that looked at it */
     shadow_caster caster;
 } shadow_draw;
 
@@ -130,43 +133,23 @@ static bool find_caster(const culling *c, const kd_draw *draw, uint32_t material
     return true;
 }
 
-/* Glass casts no shadow here; neither does what was told not to. */
-static bool find_casters(const culling *c)
+/* The draw as a caster, looked at once a frame, when a layer first touches it. Glass casts no shadow here;
+ * neither does what was told not to. NULL when memory is out. */
+static const shadow_draw *caster_of(const culling *c, uint32_t number, const kd_draw_batch *batch)
 {
-    shadow_draw *draws = c->s->draws.items;
-    c->s->cull_count++;
-    for (uint32_t b = 0; b < c->list->batch_count; b++) {
-        const kd_draw_batch *batch = &c->list->batches[b];
-        bool masked = batch_is(c->store, batch, KD_ALPHA_MASK);
-        uint64_t mask = masked ? mask_checksum(&c->store->materials[batch->material]) : 0;
-        for (uint32_t i = batch->first_draw; i < batch->first_draw + batch->draw_count; i++) {
-            draws[i].kind = NO_CASTER;
-            if (!batch_is(c->store, batch, KD_ALPHA_BLEND) &&
-                !find_caster(c, &c->list->draws[i], masked ? batch->material : KD_NONE, mask, &draws[i]))
-                return false;
-        }
-    }
-    return true;
+    shadow_draw *draw = (shadow_draw *)c->s->draws.items + number;
+    if (draw->seen == c->s->cull_count)
+        return draw;
+    bool masked = batch_is(c->store, batch, KD_ALPHA_MASK);
+    uint64_t mask = masked ? mask_checksum(&c->store->materials[batch->material]) : 0;
+    *draw = (shadow_draw){.kind = NO_CASTER, .seen = c->s->cull_count};
+    if (!batch_is(c->store, batch, KD_ALPHA_BLEND) &&
+        !find_caster(c, &c->list->draws[number], masked ? batch->material : KD_NONE, mask, draw))
+        return NULL;
+    return draw;
 }
 
 /* ---- layers ---- */
-
-/* Append the batch's casters of one kind that touch the layer. */
-static void append_batch(const culling *c, const kd_frustum *frustum, const kd_draw_batch *batch,
-                         caster_kind kind)
-{
-    shadow_state *s = c->s;
-    const shadow_draw *draws = s->draws.items;
-    kd_draw_indexed *args = s->args.items;
-    shadow_caster *casters = s->casters.items;
-    for (uint32_t i = batch->first_draw; i < batch->first_draw + batch->draw_count; i++) {
-        const kd_draw *draw = &c->list->draws[i];
-        if (draws[i].kind != kind || !kd_frustum_touches(frustum, draw->bounds_min_ws, draw->bounds_max_ws))
-            continue;
-        casters[s->arg_count] = draws[i].caster;
-        args[s->arg_count++] = draw->args;
-    }
-}
 
 static void close_run(shadow_state *s, uint32_t material, uint32_t first)
 {
@@ -174,41 +157,70 @@ static void close_run(shadow_state *s, uint32_t material, uint32_t first)
         ((shadow_run *)s->runs.items)[s->run_count++] = (shadow_run){material, first, s->arg_count - first};
 }
 
-static void append_kind(const culling *c, const kd_frustum *frustum, caster_kind kind)
+/* Append the casters of one kind and mode among the draws that touch the layer: in one run when they are
+ * opaque, else in one for each batch. The numbers ascend, as the batches do. */
+static bool append_kind(const culling *c, uint32_t count, caster_kind kind, kd_alpha_mode mode)
 {
     shadow_state *s = c->s;
-    uint32_t first = s->arg_count;
-    for (uint32_t b = 0; b < c->list->batch_count; b++)
-        if (batch_is(c->store, &c->list->batches[b], KD_ALPHA_OPAQUE))
-            append_batch(c, frustum, &c->list->batches[b], kind);
-    close_run(s, KD_NONE, first);
-    for (uint32_t b = 0; b < c->list->batch_count; b++) {
-        if (!batch_is(c->store, &c->list->batches[b], KD_ALPHA_MASK))
+    const uint32_t *numbers = s->visible.items;
+    const kd_draw_batch *batch = c->list->batches;
+    uint32_t first = s->arg_count, material = KD_NONE;
+    for (uint32_t i = 0; i < count; i++) {
+        while (numbers[i] >= batch->first_draw + batch->draw_count)
+            batch++;
+        if (!batch_is(c->store, batch, mode))
             continue;
-        first = s->arg_count;
-        append_batch(c, frustum, &c->list->batches[b], kind);
-        close_run(s, c->list->batches[b].material, first);
+        if (mode == KD_ALPHA_MASK && batch->material != material) {
+            close_run(s, material, first);
+            first = s->arg_count;
+            material = batch->material;
+        }
+        const shadow_draw *draw = caster_of(c, numbers[i], batch);
+        if (!draw)
+            return false;
+        if (draw->kind != kind)
+            continue;
+        ((shadow_caster *)s->casters.items)[s->arg_count] = draw->caster;
+        ((kd_draw_indexed *)s->args.items)[s->arg_count++] = c->list->draws[numbers[i]].args;
     }
+    close_run(s, material, first);
+    return true;
 }
 
-static void cull_layer(const culling *c, shadow_layer *layer)
+static bool cull_layer(const culling *c, shadow_layer *layer)
 {
     shadow_state *s = c->s;
     kd_frustum frustum = kd_frustum_make(&layer->matrix, 0);
+    uint32_t count = kd_box_tree_in_frustum(c->list->tree, &frustum, s->visible.items);
     layer->first_arg = s->arg_count;
     layer->first_run = s->run_count;
-    append_kind(c, &frustum, RESTING);
+    if (!append_kind(c, count, RESTING, KD_ALPHA_OPAQUE) || !append_kind(c, count, RESTING, KD_ALPHA_MASK))
+        return false;
     layer->resting = s->arg_count - layer->first_arg;
     layer->resting_runs = s->run_count - layer->first_run;
-    append_kind(c, &frustum, MOVING);
+    if (!append_kind(c, count, MOVING, KD_ALPHA_OPAQUE) || !append_kind(c, count, MOVING, KD_ALPHA_MASK))
+        return false;
     layer->moving = s->arg_count - layer->first_arg - layer->resting;
     layer->moving_runs = s->run_count - layer->first_run - layer->resting_runs;
+    return true;
+}
+
+/* What was noted of draws is of this frame or of none. */
+static bool reserve_draws(shadow_state *s, uint32_t draws)
+{
+    size_t before = s->draws.capacity_bytes;
+    if (shadow_reserve(&s->draws, draws * sizeof(shadow_draw)) == NULL)
+        return false;
+    if (s->draws.capacity_bytes != before)
+        memset(s->draws.items, 0, s->draws.capacity_bytes);
+    return true;
 }
 
 static bool reserve_all(shadow_state *s, const kd_draw_list *list)
 {
     size_t layers = s->layer_count, runs = layers * 2 * ((size_t)list->batch_count + 1);
-    return shadow_reserve(&s->draws, list->draw_count * sizeof(shadow_draw)) != NULL &&
+    return reserve_draws(s, list->draw_count) &&
+           shadow_reserve(&s->visible, 2 * (size_t)list->draw_count * sizeof(uint32_t)) != NULL &&
            shadow_reserve(&s->args, layers * list->draw_count * sizeof(kd_draw_indexed)) != NULL &&
            shadow_reserve(&s->casters, layers * list->draw_count * sizeof(shadow_caster)) != NULL &&
            shadow_reserve(&s->runs, runs * sizeof(shadow_run)) != NULL;
@@ -228,11 +240,10 @@ kd_status shadow_cull(shadow_state *s, kd_world *w, const kd_draw_list *list, co
     s->arg_count = s->run_count = 0;
     if (s->layer_count == 0 || list->draw_count == 0)
         return KD_OK;
-    if (!reserve_all(s, list) || !find_casters(&c)) {
-        s->layer_count = 0;
-        return KD_NO_MEMORY;
-    }
-    for (uint32_t i = 0; i < s->layer_count; i++)
-        cull_layer(&c, &s->layers[i]);
-    return KD_OK;
+    bool fits = reserve_all(s, list);
+    s->cull_count++;
+    for (uint32_t i = 0; i < s->layer_count && fits; i++)
+        fits = cull_layer(&c, &s->layers[i]);
+    s->layer_count = fits ? s->layer_count : 0;
+    return fits ? KD_OK : KD_NO_MEMORY;
 }

@@ -90,8 +90,9 @@ typedef struct shadow_state {
     shadow_array args;                    /* kd_draw_indexed[arg_count] of all layers, in order */
     shadow_array casters;                 /* shadow_caster[arg_count], beside args */
     shadow_array runs;                    /* shadow_run[run_count] */
-    shadow_array draws;                   /* shadow_draw[draw_count] of the draw list; see cull.c */
-    shadow_pose *poses;                   /* [pose_capacity], by index of the entity */
+    shadow_array visible; /* uint32_t[2 * draw_count]: draws of the layer at hand, and scratch */
+    shadow_array draws;   /* shadow_draw[draw_count] of the draw list; see cull.c */
+    shadow_pose *poses;   /* [pose_capacity], by index of the entity */
     uint32_t pose_capacity, cull_count;
     uint32_t arg_count, run_count;
     bool warned_lights, warned_layers, warned_directional;

@@ -253,6 +253,7 @@ void shadow_lights_fini(kd_system_context *context)
     free(s->runs.items);
     free(s->casters.items);
     free(s->draws.items);
+    free(s->visible.items);
     free(s->poses);
     for (uint32_t i = 0; i < SHADOW_MAX_LAYERS; i++)
         free(s->kept[i].casters.items);

@@ -60,17 +60,27 @@ static kd_status want_frame(looking *l)
     return status;
 }
 
-kd_status ahead_want(voxel_objects *table, kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 low, kd_vec3 high)
+void ahead_begin(voxel_objects *table, const kd_voxel_scene *scene, kd_vec3 focus)
 {
-    kd_vec3 step = table->focused ? kd_vec3_sub(focus, table->focus) : (kd_vec3){0, 0, 0};
-    float reach = (float)scene->resolution * scene->span[scene->cascade_count - 1];
-    uint32_t frames = AHEAD_FRAMES;
+    float reach = (float)scene->resolution * scene->span[scene->cascade_count - 1], length;
+    table->step = table->focused ? kd_vec3_sub(focus, table->focus) : (kd_vec3){0, 0, 0};
     table->focus = focus;
     table->focused = true;
+    length = kd_vec3_length(table->step);
+    table->ahead_frames = length > 0 && !scene->want_all ? AHEAD_FRAMES : 0;
     /* no further than the outermost cascade reaches: who goes faster than that jumps */
-    while (frames && kd_vec3_length(step) * (float)frames > reach)
-        frames--;
-    if (scene->want_all || !frames || kd_vec3_length(step) <= 0)
+    while (table->ahead_frames && length * (float)table->ahead_frames > reach)
+        table->ahead_frames--;
+}
+
+kd_vec3 ahead_way(const voxel_objects *table)
+{
+    return kd_vec3_scale(table->step, (float)table->ahead_frames);
+}
+
+kd_status ahead_want(voxel_objects *table, kd_voxel_scene *scene, const kd_box *bounds)
+{
+    if (!table->ahead_frames)
         return KD_OK;
     for (uint32_t i = 0; i < scene->object_count; i++)
         scene->objects[i].ahead = 0;
@@ -79,9 +89,9 @@ kd_status ahead_want(voxel_objects *table, kd_voxel_scene *scene, kd_vec3 focus,
     const size_t size = scene->cascade_count * sizeof *before;
     kd_status status = KD_OK;
     memcpy(before, scene->origin_cells, sizeof before);
-    for (l.frames = 1; l.frames <= frames && !status; l.frames++) {
-        kd_vec3 there = kd_vec3_add(focus, kd_vec3_scale(step, (float)l.frames));
-        placement_cells(scene, there, low, high, l.cells);
+    for (l.frames = 1; l.frames <= table->ahead_frames && !status; l.frames++) {
+        kd_vec3 there = kd_vec3_add(table->focus, kd_vec3_scale(table->step, (float)l.frames));
+        placement_cells(scene, there, bounds->low, bounds->high, l.cells);
         if (memcmp(l.cells, before, size) != 0)
             status = want_frame(&l);
         memcpy(before, l.cells, size);

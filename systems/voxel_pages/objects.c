@@ -155,6 +155,7 @@ void objects_forget(voxel_objects *t, kd_voxel_scene *scene, uint32_t object)
 void objects_fini(voxel_objects *t, kd_voxel_scene *scene)
 {
     free(t->slots);
+    free(t->near);
     free(scene->objects);
     scene->objects = NULL;
     scene->object_count = 0;

@@ -17,8 +17,11 @@ typedef struct voxel_objects {
     uint32_t free_head; /* free objects are chained through kd_voxel_object.primitive, plus one */
     uint32_t live;
     voxel_caches caches;
-    kd_vec3 focus; /* of the frame before; see ahead.c */
-    bool focused;  /* there was one */
+    kd_vec3 focus, step; /* now, and from the frame before to now; see ahead.c */
+    bool focused;        /* there was a frame before */
+    uint32_t ahead_frames;
+    uint32_t *near; /* [2 * near_capacity] draws; see voxel_objects.c */
+    uint32_t near_capacity;
 } voxel_objects;
 
 /** What an object is this frame. */
@@ -34,7 +37,7 @@ typedef struct voxel_sight {
     float scale; /* largest stretch from model space to the world */
     kd_voxel_tile tile;
     uint32_t cascades; /* bits of the cascades in which it may stand */
-    bool dynamic;      /* known to have moved, through the primitive that a tile is part of */
+    bool dynamic;      /* known to have moved */
     kd_vec3 bounds_min_ws, bounds_max_ws;
 } voxel_sight;
 

@@ -330,12 +330,14 @@ static kd_vec3 emission_of(const kd_scene_store *store, const kd_voxel_object *o
     return store->materials[o->material].desc.emissive;
 }
 
-static float brightest(const kd_scene_store *store, const kd_voxel_scene *scene)
+/* Of all that is drawn, wherever it is: what comes near then changes nothing. */
+static float brightest(const kd_scene_store *store, const kd_draw_list *drawn)
 {
     float best = 0;
-    for (uint32_t i = 0; i < scene->object_count; i++) {
-        kd_vec3 e = scene->objects[i].alive ? emission_of(store, &scene->objects[i]) : (kd_vec3){0, 0, 0};
-        best = fmaxf(best, fmaxf(e.x, fmaxf(e.y, e.z)));
+    for (uint32_t i = 0; i < drawn->batch_count; i++) {
+        kd_vec3 e = store->materials[drawn->batches[i].material].desc.emissive;
+        if (drawn->batches[i].voxels)
+            best = fmaxf(best, fmaxf(e.x, fmaxf(e.y, e.z)));
     }
     return best;
 }
@@ -439,7 +441,7 @@ static void run(kd_system_context *context)
             objects_forget(scene->internal, scene, i);
     }
     float before = scene->brightest_emission;
-    scene->brightest_emission = brightest(store, scene);
+    scene->brightest_emission = brightest(store, kd_singleton(context->world, kd_draw_list));
     scene->stored_unit = stored_unit(state->lights, scene->brightest_emission);
     if (before != scene->brightest_emission)
         stale_add_all(&state->stale, scene);
@@ -510,7 +512,7 @@ kd_status kd_voxel_pages_import(kd_schedule *s)
                .phase = KD_PHASE_VOXEL_IO,
                .where = KD_ON_GPU,
                .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame),
-                              KD_USES(kd_light)},
+                              KD_USES(kd_draw_list), KD_USES(kd_light)},
                .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
                              {"voxels.cache", KD_USE_STORAGE_READ},
                              {"voxels.stale", KD_USE_COPY_WRITE},

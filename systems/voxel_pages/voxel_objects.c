@@ -1,5 +1,6 @@
-/* System voxel_objects: once a frame, on the CPU, places the cascades, enters what the draw list shows into
- * the table of voxel objects, decides layer and cascades of each, and asks for the caches that are missing.
+/* System voxel_objects: once a frame, on the CPU, places the cascades, enters what the draw list shows near
+ * them into the table of voxel objects, decides layer and cascades of each, and asks for the caches that are
+ * missing.
  */
 #include "systems/voxel_pages/voxel_pages.h"
 
@@ -87,6 +88,7 @@ static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_d
                                                                                : KD_VOXEL_ATTACHED,
                      .desc = &mesh->desc->primitives[local],
                      .model_ws = KD_MAT4_IDENTITY,
+                     .dynamic = draw->moved,
                      .bounds_min_ws = draw->bounds_min_ws,
                      .bounds_max_ws = draw->bounds_max_ws};
     s.material = mi->material ? mi->material - 1 : store->primitives[s.primitive].material;
@@ -111,24 +113,62 @@ static bool usable(const voxel_sight *s)
            isfinite(s->bounds_min_ws.x + s->bounds_max_ws.x);
 }
 
-static void see_everything(kd_system_context *context, voxel_objects *table, kd_voxel_scene *scene)
+/* Numbers of the draws that may stand in a cascade, now or in the frames that are looked ahead. */
+static const uint32_t *find_near(voxel_objects *table, const kd_voxel_scene *scene, const kd_draw_list *list,
+                                 bool all, uint32_t *count)
 {
-    kd_world *w = context->world;
+    *count = 0;
+    if (table->near_capacity < list->draw_count) {
+        uint32_t capacity = list->draw_count + list->draw_count / 2;
+        uint32_t *grown = realloc(table->near, 2 * (size_t)capacity * sizeof *grown);
+        if (!grown)
+            return NULL;
+        table->near = grown;
+        table->near_capacity = capacity;
+    }
+    if (!list->tree || !list->draw_count)
+        return table->near;
+    uint32_t outer = scene->cascade_count - 1;
+    float edge = (float)scene->resolution * scene->span[outer], margin = 2 * scene->span[outer];
+    kd_vec3 low = scene->origin_ws[outer], way = ahead_way(table);
+    kd_box near = {low, {low.x + edge, low.y + edge, low.z + edge}};
+    for (int k = 0; k < 3; k++) {
+        (&near.low.x)[k] += fminf((&way.x)[k], 0) - margin;
+        (&near.high.x)[k] += fmaxf((&way.x)[k], 0) + margin;
+    }
+    if (all)
+        near = kd_box_tree_all(list->tree);
+    *count = kd_box_tree_in_box(list->tree, &near, table->near);
+    return table->near;
+}
+
+static kd_status see_draw(kd_world *w, voxel_objects *table, kd_voxel_scene *scene, const kd_draw *draw)
+{
+    const kd_mesh_instance *mi = kd_find(w, draw->entity, kd_mesh_instance);
+    if (!mi || mi->no_voxels)
+        return KD_OK;
+    voxel_sight s = sight_of(w, kd_singleton(w, kd_scene_store), draw, mi);
+    s.cascades = scene->want_all ? (1u << scene->cascade_count) - 1 : tiles_whole(scene, &s);
+    return usable(&s) ? objects_see(table, scene, &s) : KD_OK;
+}
+
+/* What is farther than all cascades has no part in this system, whatever the size of the scene; but what
+ * deforms is followed everywhere, since the span of its voxels comes from what it was before. `all`: wherever
+ * they are. */
+static kd_status see_near(kd_world *w, voxel_objects *table, kd_voxel_scene *scene, bool all)
+{
     const kd_draw_list *list = kd_singleton(w, kd_draw_list);
-    const kd_scene_store *store = kd_singleton(w, kd_scene_store);
     for (uint32_t i = 0; i < scene->object_count; i++)
         scene->objects[i].seen = false;
-    for (uint32_t i = 0; i < list->draw_count; i++) {
-        const kd_mesh_instance *mi = kd_find(w, list->draws[i].entity, kd_mesh_instance);
-        if (!mi || mi->no_voxels)
-            continue;
-        voxel_sight s = sight_of(w, store, &list->draws[i], mi);
-        s.cascades = scene->want_all ? (1u << scene->cascade_count) - 1 : tiles_whole(scene, &s);
-        if (usable(&s) && objects_see(table, scene, &s) != KD_OK) {
-            kd_log(KD_LOG_WARNING, "out of memory for voxel objects; indirect light lacks some");
-            return;
-        }
-    }
+    uint32_t count;
+    const uint32_t *near = find_near(table, scene, list, all, &count);
+    kd_status status = near || !list->draw_count ? KD_OK : KD_NO_MEMORY;
+    for (uint32_t i = 0; i < count && !status; i++)
+        if (!list->draws[near[i]].deformed)
+            status = see_draw(w, table, scene, &list->draws[near[i]]);
+    for (uint32_t i = list->deforming_count; i-- > 0 && !status;)
+        status = see_draw(w, table, scene, &list->draws[list->deforming[i]]);
+    return status ? status : tiles_see(table, scene);
 }
 
 /* Caches of this cascade are looked at, wherever their objects stand; 0: of none in particular. */
@@ -154,27 +194,12 @@ static void want_caches(voxel_objects *table, kd_voxel_scene *scene, uint32_t sh
     }
 }
 
-typedef struct box {
-    kd_vec3 low, high;
-} box;
-
-static void grow_box(box *b, kd_vec3 low, kd_vec3 high)
-{
-    b->low = (kd_vec3){fminf(b->low.x, low.x), fminf(b->low.y, low.y), fminf(b->low.z, low.z)};
-    b->high = (kd_vec3){fmaxf(b->high.x, high.x), fmaxf(b->high.y, high.y), fmaxf(b->high.z, high.z)};
-}
-
 /* What the cascades are kept inside of: all that stands still, so that nothing that moves can move them.
  * Scenes in which everything moves are bounded by what is drawn. */
-static box place_bounds(const kd_voxel_scene *scene, const kd_draw_list *list)
+static kd_box place_bounds(const kd_draw_list *list)
 {
-    box b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-    for (uint32_t i = 0; i < scene->object_count; i++) {
-        const kd_voxel_object *o = &scene->objects[i];
-        if (o->alive && o->seen && !o->tile.tiled && !o->dynamic && !o->becomes_dynamic)
-            grow_box(&b, o->bounds_min_ws, o->bounds_max_ws);
-    }
-    return b.low.x <= b.high.x ? b : (box){list->bounds_min_ws, list->bounds_max_ws};
+    const kd_box still = list->tree ? kd_box_tree_still(list->tree) : (kd_box){{1, 0, 0}, {0, 0, 0}};
+    return still.low.x <= still.high.x ? still : (kd_box){list->bounds_min_ws, list->bounds_max_ws};
 }
 
 static void run(kd_system_context *context)
@@ -188,13 +213,13 @@ static void run(kd_system_context *context)
     apply_settings(scene, &frame->settings);
     float ahead = AHEAD * 0.5f * (float)scene->resolution * scene->span[0];
     kd_vec3 focus = kd_vec3_add(view->position_ws, kd_vec3_scale(view->forward_ws, ahead));
-    see_everything(context, table, scene);
-    box bounds = place_bounds(scene, list);
+    kd_box bounds = place_bounds(list);
     placement_update(scene, focus, bounds.low, bounds.high);
-    if (tiles_see(table, scene) != KD_OK)
+    ahead_begin(table, scene, focus);
+    if (see_near(w, table, scene, scene->want_all || frame->view == KD_VIEW_CACHES) != KD_OK)
         kd_log(KD_LOG_WARNING, "out of memory for voxel objects; indirect light lacks some");
     want_caches(table, scene, shown_cascade(scene, frame));
-    if (ahead_want(table, scene, focus, bounds.low, bounds.high) != KD_OK)
+    if (ahead_want(table, scene, &bounds) != KD_OK)
         kd_log(KD_LOG_WARNING, "out of memory for voxel caches; some come late");
     caches_end_run(&table->caches, scene);
     scene->internal = table;
