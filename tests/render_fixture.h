@@ -33,6 +33,7 @@
 #include "systems/resolve/resolve.h"
 #include "systems/scene/scene.h"
 #include "systems/shadow/shadow.h"
+#include "systems/sky/sky.h"
 
 enum { RENDER_SKIP = 77 };
 
@@ -87,6 +88,7 @@ static inline int render_setup(void **state)
     assert_int_equal(kd_hierarchy_import(r->schedule), KD_OK);
     assert_int_equal(kd_scene_import(r->schedule), KD_OK);
     assert_int_equal(kd_shadow_import(r->schedule), KD_OK);
+    assert_int_equal(kd_sky_import(r->schedule), KD_OK);
     assert_int_equal(kd_deferred_import(r->schedule), KD_OK);
     assert_int_equal(kd_blend_import(r->schedule), KD_OK);
     assert_int_equal(kd_resolve_import(r->schedule), KD_OK);

@@ -24,6 +24,7 @@
 #include "systems/resolve/resolve.h"
 #include "systems/scene/scene.h"
 #include "systems/shadow/shadow.h"
+#include "systems/sky/sky.h"
 #include "systems/svo/reference.h"
 #include "systems/svo/svo.h"
 #include "systems/voxel_cache/voxel_cache.h"
@@ -95,6 +96,7 @@ static inline void voxel_import(kd_schedule *s, bool lit, bool pictures)
         assert_int_equal(imports[i](s), KD_OK);
     if (lit) {
         assert_int_equal(kd_shadow_import(s), KD_OK);
+        assert_int_equal(kd_sky_import(s), KD_OK);
         assert_int_equal(kd_lighting_import(s), KD_OK);
         assert_int_equal(kd_bounce_import(s), KD_OK);
     }

@@ -3,7 +3,7 @@
 #include <spng.h>
 #include <stdlib.h>
 
-#include "runtime/app/exr_shim.h"
+#include "runtime/asset/exr_shim.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
 

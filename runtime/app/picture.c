@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "runtime/app/exr_shim.h"
+#include "runtime/asset/exr_shim.h"
 #include "runtime/app/image_write.h"
 #include "runtime/asset/image.h"
 #include "runtime/core/color.h"

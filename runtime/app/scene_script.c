@@ -5,9 +5,11 @@
 
 #include "components/animation.h"
 #include "components/mesh_instance.h"
+#include "components/sky.h"
 #include "components/transform.h"
 #include "runtime/app/console.h"
 #include "runtime/app/scene.h"
+#include "runtime/asset/sky_image.h"
 #include "runtime/core/log.h"
 
 /* ---- host calls: what fails below logs its reason, which is caught and given to the scenario ---- */
@@ -149,12 +151,28 @@ static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_
     return status;
 }
 
+/* A picture round the scene; what the scenario says of its sky follows. */
+static kd_status add_sky(app_scene *scene, const char *path, kd_entity e)
+{
+    kd_sky_image image;
+    kd_status status = kd_sky_image_load(path, &image);
+    if (status != KD_OK)
+        return status;
+    kd_sky sky = *(const kd_sky *)kd_sky_desc.default_value;
+    sky.image = kd_sky_add_image(scene->world, (kd_sky_map){image.width, image.height, image.rgb});
+    if (!sky.image)
+        return kd_fail(KD_NO_MEMORY, "%s: no memory for it; use a smaller picture", path);
+    return kd_set_value(scene->world, e, (kd_value){&kd_sky_desc, &sky});
+}
+
 static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *out, kd_script_error *error)
 {
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
     bool plain = !spawn->model && !spawn->mesh.shape;
     kd_status status = plain ? spawn_plain(scene, spawn, out) : spawn_model(scene, spawn, out);
+    if (status == KD_OK && spawn->sky_image)
+        status = add_sky(scene, spawn->sky_image, *out);
     app_console_capture(NULL, 0);
     return status;
 }

@@ -5,6 +5,7 @@
 #include "components/deform.h"
 #include "components/light.h"
 #include "components/mesh_instance.h"
+#include "components/sky.h"
 #include "components/transform.h"
 #include "runtime/core/log.h"
 #include "systems/animation/animation.h"
@@ -18,6 +19,7 @@
 #include "systems/resolve/resolve.h"
 #include "systems/scene/scene.h"
 #include "systems/shadow/shadow.h"
+#include "systems/sky/sky.h"
 #include "systems/svo/svo.h"
 #include "systems/voxel_cache/voxel_cache.h"
 #include "systems/voxel_pages/voxel_pages.h"
@@ -35,6 +37,7 @@ void app_register_components(kd_world *w, const kd_extension *extension)
     (void)KD_ID(w, kd_animation_layers);
     (void)KD_ID(w, kd_light);
     (void)KD_ID(w, kd_camera);
+    (void)KD_ID(w, kd_sky);
     if (extension && extension->register_components)
         extension->register_components(w);
 }
@@ -63,7 +66,7 @@ kd_status app_import_systems(kd_schedule *s, const kd_extension *extension)
 {
     static import *const imports[] = {
         kd_scene_import,    kd_animation_import,       kd_hierarchy_import,   kd_deform_import,
-        kd_shadow_import,   kd_voxel_objects_import,   kd_voxel_cache_import, kd_voxel_pages_import,
+        kd_shadow_import,   kd_sky_import,             kd_voxel_objects_import,   kd_voxel_cache_import, kd_voxel_pages_import,
         kd_svo_import,      kd_voxel_transform_import, kd_lighting_import,    kd_bounce_import,
         kd_deferred_import, kd_cone_trace_import,      kd_blend_import,       kd_debug_view_import,
         kd_resolve_import,

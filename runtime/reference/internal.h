@@ -9,6 +9,7 @@
 #include "components/camera.h"
 #include "components/mesh_instance.h"
 #include "components/scene_store.h"
+#include "components/sky.h"
 #include "runtime/core/arena.h"
 #include "runtime/ecs/query.h"
 #include "runtime/jobs/jobs.h"
@@ -81,6 +82,15 @@ typedef struct reference_emitter {
     float density; /* probability density of a point on it, per square metre, among all emitters */
 } reference_emitter;
 
+/* A picture round the scene, and the sums by which its bright parts are found. */
+typedef struct reference_sky {
+    kd_sky_map map; /* width 0: none */
+    float factor;
+    kd_vec3 rows[3]; /* from the world's directions to the map's */
+    float *row_cdf;  /* [height] sums up to 1 */
+    float *cdf;      /* [height][width] sums of each row up to 1 */
+} reference_sky;
+
 typedef struct reference_scene {
     kd_arena arena;
     RTCDevice device;
@@ -98,7 +108,8 @@ typedef struct reference_scene {
     bool *light_shadow; /* casts shadows */
     uint32_t light_count;
     float lamp_distance2; /* least squared distance to a point or spot light, m^2 */
-    kd_vec3 sky;          /* radiance */
+    kd_vec3 ambient;      /* radiance from everywhere */
+    reference_sky sky;    /* on top of it */
     kd_view view;
     kd_vec3 bounds_min, bounds_max;
     bool lambert, any_no_shadow;
@@ -111,6 +122,7 @@ kd_status reference_scene_build(kd_world *w, bool lambert, reference_scene *out)
 void reference_scene_fini(reference_scene *scene);
 kd_status reference_emitters_build(reference_scene *scene);
 kd_status reference_lights_build(kd_world *w, reference_scene *scene);
+kd_status reference_sky_build(kd_world *w, reference_scene *scene);
 
 /** World positions of a triangle's corners. */
 void reference_triangle(const reference_object *o, uint32_t triangle, kd_vec3 out[3]);
@@ -212,6 +224,15 @@ reference_emitter_sample reference_emitter_choose(const reference_scene *scene, 
 /** Density per steradian by which reference_emitter_choose finds a point that was hit. */
 float reference_emitter_pdf(const reference_scene *scene, const reference_hit *hit,
                             const reference_surface *at, kd_vec3 direction);
+
+/** Radiance of the whole sky along a unit direction. */
+kd_vec3 reference_sky_radiance(const reference_scene *scene, kd_vec3 direction);
+/** The same of its picture alone. */
+kd_vec3 reference_sky_picture(const reference_scene *scene, kd_vec3 direction);
+/** Choose a direction by the picture's brightness. Returns its density per steradian; 0: none. */
+float reference_sky_choose(const reference_scene *scene, float u, float v, kd_vec3 *direction);
+/** Density per steradian by which reference_sky_choose finds a direction. */
+float reference_sky_pdf(const reference_scene *scene, kd_vec3 direction);
 
 /* ---- paths ---- */
 

@@ -1,7 +1,7 @@
 /* One sample of one pixel: a path from the camera that looks for light at each of its corners.
  *
  * Lights without extent are asked by shadow rays. Triangles that shine are found by points on them and by the
- * path itself, which share the work by the power heuristic; the sky is found by the path. Source  Veach 1997,
+ * path itself, which share the work by the power heuristic; so is the picture of a sky, by its bright parts. Source  Veach 1997,
  * Robust Monte Carlo Methods, 9.2 (multiple importance sampling), 10.4 (Russian roulette) */
 
 #include <math.h>
@@ -107,6 +107,24 @@ static void gather_emitter(walk *w, const reference_surface *s, kd_vec3 v, const
     add_reflected(w, &f, kd_vec3_scale(e.radiance, weight));
 }
 
+static void gather_sky(walk *w, const reference_surface *s, kd_vec3 v)
+{
+    float u[4];
+    kd_vec3 to_light;
+    reference_bsdf f;
+    sampler_next(&w->sampler, u);
+    float pdf = reference_sky_choose(w->scene, u[0], u[1], &to_light);
+    if (!(pdf > 0))
+        return;
+    reference_bsdf_evaluate(s, v, to_light, &f);
+    if (reference_is_black(f.diffuse) && reference_is_black(f.specular))
+        return;
+    reference_ray ray = {reference_leave(s, to_light), to_light, 0, INFINITY};
+    w->out->rays++;
+    float weight = reference_transmittance(w->scene, &ray, false) * power_heuristic(pdf, f.pdf) / pdf;
+    add_reflected(w, &f, kd_vec3_scale(reference_sky_picture(w->scene, to_light), weight));
+}
+
 /* ---- one corner to the next ---- */
 
 /* Choose where the path goes on. Returns false when it ends. */
@@ -149,6 +167,13 @@ static bool within(const walk *w, int32_t bounces)
     return w->options->bounces < 0 || w->depth <= bounces;
 }
 
+/* The uniform sky is found by the path alone, its picture by choice as well. */
+static void find_sky(walk *w, kd_vec3 l, float pdf)
+{
+    float weight = power_heuristic(pdf, reference_sky_pdf(w->scene, l));
+    add_found(w, kd_vec3_add(w->scene->ambient, kd_vec3_scale(reference_sky_picture(w->scene, l), weight)));
+}
+
 /* What the way out of a corner meets: the sky, or a surface that may shine. Returns whether there is one. */
 static bool arrive(walk *w, reference_surface *s, kd_vec3 l, float pdf)
 {
@@ -158,7 +183,7 @@ static bool arrive(walk *w, reference_surface *s, kd_vec3 l, float pdf)
     w->out->rays++;
     if (!reference_intersect(w->scene, &ray, false, sampler_hash(w->random, (uint32_t)w->depth), &hit)) {
         if (area)
-            add_found(w, w->scene->sky);
+            find_sky(w, l, pdf);
         return false;
     }
     reference_surface_make(w->scene, &hit, l, s);
@@ -166,6 +191,13 @@ static bool arrive(walk *w, reference_surface *s, kd_vec3 l, float pdf)
         add_found(
             w, kd_vec3_scale(s->emission, power_heuristic(pdf, reference_emitter_pdf(w->scene, &hit, s, l))));
     return true;
+}
+
+static void gather_area(walk *w, const reference_surface *s, kd_vec3 v, const float u[3])
+{
+    gather_emitter(w, s, v, u);
+    if (w->scene->sky.map.width > 0)
+        gather_sky(w, s, v);
 }
 
 /* Walk from a surface until the light's last bounce. */
@@ -178,7 +210,7 @@ static void follow(walk *w, reference_surface *s, kd_vec3 v)
         sampler_next(&w->sampler, way);
         gather_light(w, s, v, u[3]);
         if (within(w, w->options->area_bounces))
-            gather_emitter(w, s, v, u);
+            gather_area(w, s, v, u);
         else if (w->depth == w->options->bounces)
             return;
         if (!scatter(w, s, v, way, &l, &pdf) || !arrive(w, s, l, pdf) || !survives(w, way[3]))
@@ -220,7 +252,7 @@ void reference_path(const reference_scene *scene, const reference_options *optio
     reference_ray ray = camera_ray(&scene->view, (float)x + (options->centre ? 0.5f : u[0]),
                                    (float)y + (options->centre ? 0.5f : u[1]));
     if (!reference_intersect(scene, &ray, true, w.random ^ 0x5bd1e995u, &hit)) {
-        out->direct = scene->sky;
+        out->direct = reference_sky_radiance(scene, ray.direction);
         out->ao = 0; /* as the renderer shows what is not there */
         return;
     }

@@ -317,7 +317,7 @@ kd_status reference_scene_build(kd_world *w, bool lambert, reference_scene *s)
     *s = (reference_scene){
         .arena = {.block_bytes = 1 << 20}, .lambert = lambert, .view = *kd_singleton(w, kd_view)};
     float sky = kd_singleton(w, kd_frame)->settings.light_ambient;
-    s->sky = (kd_vec3){sky, sky, sky};
+    s->ambient = (kd_vec3){sky, sky, sky};
     kd_status status = open_device(s);
     if (status == KD_OK)
         status = add_materials(&b);
@@ -329,6 +329,8 @@ kd_status reference_scene_build(kd_world *w, bool lambert, reference_scene *s)
         status = reference_emitters_build(s);
     if (status == KD_OK)
         status = reference_lights_build(w, s);
+    if (status == KD_OK)
+        status = reference_sky_build(w, s);
     return status;
 }
 

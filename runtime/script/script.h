@@ -58,6 +58,7 @@ typedef struct kd_script_spawn {
     const char *name;                  /* NULL: none */
     const char *model;                 /* a path that may be read, or NULL */
     const char *model_scene, *variant; /* of the model, by name; NULL: as the file says */
+    const char *sky_image;             /* a path that may be read, or NULL */
     kd_script_mesh mesh;
     kd_script_material material;
     kd_entity parent; /* KD_NO_ENTITY: a root */

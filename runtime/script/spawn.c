@@ -12,10 +12,11 @@
 #define WHAT "kandil.spawn"
 
 static const char *const own_keys[] = {"name",   "model", "mesh",   "material", "transform", "animation",
-                                       "parent", "light", "camera", "scene",    "variant",   NULL};
+                                       "parent", "light", "camera", "scene",    "variant",   "sky",
+                                       "sky_image", NULL};
 /* keys that are no component here, or that the host fills */
 static const char *const host_keys[] = {"name",   "model", "mesh",    "material", "animation",
-                                        "parent", "scene", "variant", NULL};
+                                        "parent", "scene", "variant", "sky_image", NULL};
 
 uint64_t script_host_begin(lua_State *L)
 {
@@ -177,7 +178,7 @@ static void start_animation(lua_State *L, kd_entity e)
 
 int script_spawn(lua_State *L)
 {
-    char path[KD_PATH_MAX];
+    char path[KD_PATH_MAX], sky_path[KD_PATH_MAX];
     kd_script *script = script_of(L);
     kd_script_spawn spawn = {0};
     kd_script_error error = {""};
@@ -189,6 +190,7 @@ int script_spawn(lua_State *L)
     spawn.model = script_get_string(L, 1, WHAT, "model");
     spawn.model_scene = script_get_string(L, 1, WHAT, "scene");
     spawn.variant = script_get_string(L, 1, WHAT, "variant");
+    spawn.sky_image = script_get_string(L, 1, WHAT, "sky_image");
     read_mesh(L, &spawn.mesh);
     read_material(L, &spawn.material);
     spawn.parent = read_parent(L);
@@ -200,6 +202,8 @@ int script_spawn(lua_State *L)
         return luaL_error(L, WHAT ": a material needs a model or a mesh to cover; add one");
     if (spawn.model)
         spawn.model = script_resolve(L, spawn.model, path);
+    if (spawn.sky_image)
+        spawn.sky_image = script_resolve(L, spawn.sky_image, sky_path);
     uint64_t began = script_host_begin(L);
     script_host_end(L, began, script->host.spawn(script->host.user, &spawn, &e, &error), &error);
     script_set_components(L, 1, e);

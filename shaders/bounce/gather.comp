@@ -3,6 +3,7 @@
 layout(local_size_x = 64) in;
 
 #include "shaders/include/emitters.glsl"
+#include "shaders/include/sky.glsl"
 #include "shaders/include/bounce.glsl"
 #include "shaders/include/morton.glsl"
 #include "shaders/include/work_list.glsl"
@@ -27,7 +28,7 @@ vec3 gather(vec3 origin, int side, float span, uint variant)
         vec3 cone = pass.cones[i].xyz;
         vec3 direction = to_side(vec3(c * cone.x - s * cone.y, s * cone.x + c * cone.y, cone.z), side);
         cone_result r = cone_trace(origin, direction, direction, pass.cone.x, 0.25 * span, settings);
-        sum += pass.cones[i].w * (r.radiance + r.transmittance * pass.cone.w);
+        sum += pass.cones[i].w * (r.radiance + r.transmittance * (pass.cone.w * tree.light.y) * sky_cone(direction, pass.cone.x));
     }
     vec3 normal = to_side(vec3(0.0, 0.0, 1.0), side);
     return sum + tree.light.y * emitters_light(origin, origin, normal, 0.25 * span, 0.1, 1u, variant, emitter_settings(settings));

@@ -4,6 +4,7 @@
 
 #include "shaders/shared/gather.h"
 #include "shaders/include/gbuffer.glsl"
+#include "shaders/include/sky.glsl"
 
 layout(std140, binding = KD_BIND_PASS) uniform gather_block { kd_gather_params gather; };
 #include "shaders/cone_trace/count.glsl"
@@ -56,9 +57,10 @@ vec4 trace_diffuse(vec3 place_ws, vec3 origin, vec3 normal, float span, ivec2 at
     for (uint i = 0u; i < gather.size.w; i++) {
         vec3 cone = turned(gather.cones[i].xyz, variant);
         vec3 facing = frame * ray_of(cone, variant);
-        cone_result r = cone_trace(origin, frame * cone, facing, gather.cone.x, 0.25 * span, settings());
+        vec3 axis = frame * cone;
+        cone_result r = cone_trace(origin, axis, facing, gather.cone.x, 0.25 * span, settings());
         count_cone(i, r.samples);
-        irradiance += gather.cones[i].w * (r.radiance * tree.light.z + r.transmittance * gather.light.w);
+        irradiance += gather.cones[i].w * (r.radiance * tree.light.z + r.transmittance * sky_cone(axis, gather.cone.x));
         visible += gather.cones[i].w * (1.0 - r.occlusion);
     }
     irradiance += emitters_light(place_ws, origin, normal, 0.25 * span, 0.05, 2u, uint(variant), emitter_settings(settings()));
@@ -81,7 +83,7 @@ vec3 trace_specular(vec3 place_ws, vec3 origin, surface s, vec3 view, float span
     cone_result r = cone_trace(origin, direction, direction, tan_half, span, far);
     count_cone(KD_MAX_CONES, r.samples);
     vec3 glow = emitters_reflected(place_ws, origin, direction, tan_half, span, emitter_settings(settings()));
-    return (r.radiance * tree.light.z + r.transmittance * gather.light.w + glow) * gather.light.x;
+    return (r.radiance * tree.light.z + r.transmittance * sky_cone(direction, tan_half) + glow) * gather.light.x;
 }
 
 // Traces pixel at * n of the picture into texel `at`.

@@ -4,14 +4,18 @@
 
 #include "shaders/deferred/fragment.glsl"
 #include "shaders/include/shade.glsl"
+#include "shaders/include/sky.glsl"
 
 layout(location = 0) out vec4 out_color;
 
 #ifdef KD_SPARSE_LEVELS
 #include "shaders/deferred/blend_gather.glsl"
 #else
-vec4 gathered_diffuse(surface s) { return vec4(kd_lights.ambient.rgb, 1.0); }
-vec3 gathered_specular(surface s) { return kd_lights.ambient.rgb; }
+vec4 gathered_diffuse(surface s) { return vec4(sky_cone(s.normal_ws, 2.0), 1.0); }
+vec3 gathered_specular(surface s)
+{
+    return sky_cone(reflect(view_direction(s.position_ws), s.normal_ws), s.roughness * s.roughness);
+}
 #endif
 
 void main()

@@ -2,11 +2,11 @@
  * Source  Crassin 2011 */
 
 #include "shaders/shared/blend.h"
-#include "shaders/include/cone.glsl"
+#include "shaders/include/emitters.glsl"
 
 layout(std140, binding = KD_BIND_PASS) uniform blend_block { kd_blend_params blend; };
 
-cone_settings blend_settings() { return cone_settings(blend.cone.y, blend.cone.z, blend.light.y); }
+cone_settings blend_settings() { return cone_settings(blend.cone.y, blend.cone.z, blend.light.y, 1.0); }
 
 float blend_span(surface s) { return tree.cascade[min(tree_cascade_at(s.position_ws, 0.5), tree_cascades() - 1)].w; }
 
@@ -18,7 +18,12 @@ vec3 blend_origin(surface s)
     return clamp(origin, tree.centre.xyz - reach, tree.centre.xyz + reach);
 }
 
-vec3 blend_light(cone_result r) { return (r.radiance * tree.light.z + r.transmittance * blend.light.w) * blend.light.x; }
+vec3 blend_trace(vec3 origin, vec3 direction, float tan_half, float start, out float occlusion)
+{
+    cone_result r = cone_trace(origin, direction, direction, tan_half, start, blend_settings());
+    occlusion = r.occlusion;
+    return (r.radiance * tree.light.z + r.transmittance * sky_cone(direction, tan_half)) * blend.light.x;
+}
 
 vec4 gathered_diffuse(surface s)
 {
@@ -29,10 +34,11 @@ vec4 gathered_diffuse(surface s)
     for (int i = 0; i < 6; i++) {
         float angle = 1.2566371 * float(i), weight = i == 5 ? 0.25 : 0.15; /* five round one, by their cosines */
         vec3 direction = i == 5 ? n : 0.5 * n + 0.8660254 * (cos(angle) * x + sin(angle) * y);
-        cone_result r = cone_trace(origin, direction, direction, blend.cone.x, 0.25 * span, blend_settings());
-        sum += weight * blend_light(r);
-        visible += weight * (1.0 - r.occlusion);
+        float occlusion;
+        sum += weight * blend_trace(origin, direction, blend.cone.x, 0.25 * span, occlusion);
+        visible += weight * (1.0 - occlusion);
     }
+    sum += emitters_light(s.position_ws, origin, n, 0.25 * span, 0.05, 2u, 0u, emitter_settings(blend_settings())) * blend.light.x;
     return vec4(sum, clamp(1.0 - blend.light.z * (1.0 - visible), 0.0, 1.0));
 }
 
@@ -42,6 +48,7 @@ vec3 gathered_specular(surface s)
     float below = dot(direction, s.face_normal_ws);
     if (below < 0.05)
         direction = normalize(direction + (0.05 - below) * s.face_normal_ws);
-    float tan_half = clamp(s.roughness * s.roughness, 0.03, 1.0);
-    return blend_light(cone_trace(blend_origin(s), direction, direction, tan_half, blend_span(s), blend_settings()));
+    float occlusion, tan_half = clamp(s.roughness * s.roughness, 0.03, 1.0), span = blend_span(s);
+    vec3 origin = blend_origin(s), light = blend_trace(origin, direction, tan_half, span, occlusion);
+    return light + emitters_reflected(s.position_ws, origin, direction, tan_half, span, emitter_settings(blend_settings())) * blend.light.x;
 }

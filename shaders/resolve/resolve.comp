@@ -6,6 +6,7 @@
 #include "shaders/resolve/screen.glsl"
 #include "shaders/include/gbuffer.glsl"
 #include "shaders/include/shade.glsl"
+#include "shaders/include/sky.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = KD_BIND_PASS) uniform resolve_pass { kd_resolve_params params; };
@@ -17,20 +18,25 @@ layout(binding = KD_UNIT_BLENDED) uniform sampler2D blended; /* rgb: their light
 layout(binding = 0, rgba16f) uniform writeonly image2D hdr_image;
 layout(binding = 1, rgba8) uniform writeonly image2D ldr_image;
 
+const float HEMISPHERE = 2.0; /* tangent of the widest cones of a sky, which stand for a hemisphere */
+
 /* Light from all around: rgb irradiance / pi, a ambient visibility. Without GI the sky shines everywhere,
  * unoccluded; with it the cones have added the sky already. */
-vec4 gathered_diffuse(ivec2 pixel)
+vec4 gathered_diffuse(surface s, ivec2 pixel)
 {
-    return params.mode.z != 0u ? texelFetch(gi_diffuse, pixel, 0) : vec4(kd_lights.ambient.rgb, 1.0);
+    return params.mode.z != 0u ? texelFetch(gi_diffuse, pixel, 0) : vec4(sky_cone(s.normal_ws, HEMISPHERE), 1.0);
 }
-vec3 gathered_specular(ivec2 pixel)
+vec3 gathered_specular(surface s, ivec2 pixel)
 {
-    return params.mode.z != 0u ? texelFetch(gi_specular, pixel, 0).rgb : kd_lights.ambient.rgb;
+    return params.mode.z != 0u ? texelFetch(gi_specular, pixel, 0).rgb
+                               : sky_cone(reflect(view_direction(s.position_ws), s.normal_ws), s.roughness * s.roughness);
 }
 
-vec3 background()
+vec3 background(ivec2 pixel)
 {
-    return show == KD_SHOW_FINAL || show == KD_SHOW_DIRECT ? kd_lights.ambient.rgb : vec3(0.0);
+    if (show != KD_SHOW_FINAL && show != KD_SHOW_DIRECT)
+        return vec3(0.0);
+    return sky_radiance(view_direction(gbuffer_position(pixel, 1.0)));
 }
 
 void main()
@@ -39,7 +45,7 @@ void main()
     if (any(greaterThanEqual(pixel, ivec2(kd_view.size.xy))))
         return;
     surface s = gbuffer_load(pixel);
-    vec3 c = s.hit ? shade(s, gathered_diffuse(pixel), gathered_specular(pixel)) : background();
+    vec3 c = s.hit ? shade(s, gathered_diffuse(s, pixel), gathered_specular(s, pixel)) : background(pixel);
 #ifdef BLENDED
     vec4 front = texelFetch(blended, pixel, 0);
     c = front.rgb + (1.0 - front.a) * c;

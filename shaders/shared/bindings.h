@@ -12,6 +12,7 @@
 #define KD_BIND_MATERIAL 4 /* kd_material_params of the batch being drawn */
 #define KD_BIND_SVO 5      /* kd_svo_places */
 #define KD_BIND_EMITTERS 6 /* kd_emitters_params */
+#define KD_BIND_SKY 7      /* kd_sky_params */
 
 /* texture units */
 #define KD_UNIT_BASE_COLOR 0 /* material maps, while drawing */
@@ -36,5 +37,7 @@
 #define KD_UNIT_TREE_LEAVES 13   /* usamplerBuffer: radiance and optical depth of leaves, eight siblings at a time */
 #define KD_UNIT_TREE_DATA 14     /* usamplerBuffer: the same, filtered, of the sparse levels between */
 #define KD_UNIT_BOUNCE 15        /* usamplerBuffer: shaders/shared/bounce.h */
+#define KD_UNIT_SKY_MAP 16       /* sampler2D: equirectangular */
+#define KD_UNIT_SKY_CONES 17     /* sampler3D: shaders/shared/sky.h */
 
 #endif

@@ -10,7 +10,7 @@
 struct kd_gather_params {
     uvec4 size;      /* xy: picture, z: every n-th pixel is traced, w: cones */
     vec4 cone;       /* x: tan(aperture/2), y: step in diameters, z: largest distance m, w: start in voxels */
-    vec4 light;      /* x: intensity, y: AO falloff 1/m, z: AO intensity, w: radiance of the sky */
+    vec4 light;      /* x: intensity, y: AO falloff 1/m, z: AO intensity, w 0 */
     uvec4 flags;     /* x: 1 traces glossy cones, y: texels of the guide a traced pixel */
     vec4 refine;     /* x: relative difference of neighbours from which pixels between them are traced */
     vec4 cone_turn;  /* x: angle between the cones of neighbouring pixels, y: difference of their height over the surface */

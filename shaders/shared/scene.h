@@ -69,9 +69,10 @@ struct kd_view_params {
 };
 KD_LAYOUT_CHECK(kd_view_params, 320)
 
-#define KD_MAX_LIGHTS 64
+#define KD_MAX_LIGHTS 260
 #define KD_MAX_SHADOW_CASCADES 4
-#define KD_MAX_SPOT_SHADOWS 16
+#define KD_MAX_DIRECTIONAL_SHADOWS 4
+#define KD_MAX_SPOT_SHADOWS 48
 struct kd_light_params {
     vec4 position_ws;   /* w: range, 0 no limit */
     vec4 direction_ws;  /* travels along; w: 0 directional, 1 point, 2 spot */
@@ -85,17 +86,15 @@ KD_LAYOUT_CHECK(kd_light_params, 64)
 struct kd_lights_params {
     uvec4 count;        /* x: lights, y: shadow cascades of directional lights, z: edge of directional shadow maps in pixels, w: of spot maps */
     /* ---- 16 */
-    vec4 ambient;       /* rgb: radiance of the sky, uniform; w 0 */
-    /* ---- 32 */
     KD_STRUCT kd_light_params light[KD_MAX_LIGHTS];
-    /* ---- 4128 */
-    mat4 shadow_matrix[KD_MAX_SHADOW_CASCADES * 2 + KD_MAX_SPOT_SHADOWS]; /* world to [0,1]^3; directional ones first */
-    /* ---- 5664 */
+    /* ---- 16656 */
+    mat4 shadow_matrix[KD_MAX_SHADOW_CASCADES * KD_MAX_DIRECTIONAL_SHADOWS + KD_MAX_SPOT_SHADOWS]; /* world to [0,1]^3; directional ones first */
+    /* ---- 20752 */
     vec4 kinds;         /* x: directional lights: they come first in `light`, y: smallest squared distance to a lamp [m^2]; zw 0 */
-    vec4 cascade_texel_ws[KD_MAX_SHADOW_CASCADES * 2]; /* x: edge of a texel in metres, y: half depth range in metres */
-    /* ---- 5808 */
+    vec4 cascade_texel_ws[KD_MAX_SHADOW_CASCADES * KD_MAX_DIRECTIONAL_SHADOWS]; /* x: edge of a texel in metres, y: half depth range in metres */
+    /* ---- 21024 */
 };
-KD_LAYOUT_CHECK(kd_lights_params, 5808)
+KD_LAYOUT_CHECK(kd_lights_params, 21024)
 
 #include "shaders/shared/layout_end.h"
 

@@ -10,6 +10,7 @@
 #include "components/emitters.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
+#include "components/sky.h"
 #include "components/svo.h"
 #include "components/tree_access.h"
 #include "runtime/gpu/work_list.h"
@@ -80,7 +81,7 @@ static struct kd_bounce_params params_of(const kd_settings *s, const kd_svo *svo
         .work = {svo->mask_words[0], svo->mask_first[0], 0, 0},
         .frame = {bounce->frame, bounce->period, bounce->period * KD_BOUNCE_MAX_TURNS, 0},
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
-                 kd_tree_cone_length(tree, s), s->light_ambient * s->cones_intensity},
+                 kd_tree_cone_length(tree, s), s->cones_intensity},
     };
     /* A ring at the polar angle whose cosine is the weighted mean of the hemisphere's, 2/3. */
     for (int i = 0; i < KD_BOUNCE_CONES; i++) {
@@ -109,6 +110,7 @@ static void run(kd_system_context *context)
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_tree_bind(gpu, tree);
     kd_emitters_bind(gpu, kd_singleton(context->world, kd_emitters));
+    kd_sky_bind(gpu, kd_singleton(context->world, kd_sky_light));
     kd_gpu_bind_storage(gpu, 0, state->items);
     kd_gpu_bind_storage(gpu, 1, bounce->entries);
     kd_gpu_bind_storage(gpu, 2, svo->level_masks[svo->current]);
@@ -161,7 +163,7 @@ kd_status kd_bounce_import(kd_schedule *s)
                                   .phase = KD_PHASE_BOUNCE,
                                   .where = KD_ON_GPU,
                                   .components = {KD_USES(kd_svo), KD_USES(kd_tree), KD_USES(kd_frame),
-                                                 KD_USES(kd_emitters), KD_USES(kd_bounce)},
+                                                 KD_USES(kd_emitters), KD_USES(kd_bounce), KD_USES(kd_sky_light)},
                                   .resources = {{"svo.levels", KD_USE_STORAGE_READ},
                                                 {"tree.uniform", KD_USE_UNIFORM},
                                                 {"tree.radiance", KD_USE_SAMPLED},
@@ -169,6 +171,7 @@ kd_status kd_bounce_import(kd_schedule *s)
                                                 {"tree.leaves", KD_USE_SAMPLED},
                                                 {"tree.data", KD_USE_SAMPLED},
                                                 {"emitters", KD_USE_UNIFORM},
+                                                {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
                                                 {"bounce", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
                                   .run_if = keeps,
                                   .no_commands = true,

@@ -9,6 +9,7 @@
 #include "components/emitters.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
+#include "components/sky.h"
 #include "components/tree_access.h"
 #include "runtime/core/log.h"
 #include "runtime/gpu/work_list.h"
@@ -89,7 +90,7 @@ static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tr
         .size = {width, height, (uint32_t)s->cones_resolution, (uint32_t)s->cones_count},
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
                  kd_tree_cone_length(tree, s), s->cones_start},
-        .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, s->light_ambient},
+        .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, 0},
         .flags = {s->specular_cones ? 1u : 0u, 0, 0, 0},
         .refine = {s->cones_refine, 0, 0, 0},
     };
@@ -236,6 +237,7 @@ static void run(kd_system_context *context)
     bind_gbuffer(gpu, kd_singleton(w, kd_gbuffer), kd_singleton(w, kd_lighting));
     kd_tree_bind(gpu, tree);
     kd_emitters_bind(gpu, kd_singleton(w, kd_emitters));
+    kd_sky_bind(gpu, kd_singleton(w, kd_sky_light));
     make_guide(gpu, state, &params, n);
     if (fit_refinement(gpu, state, &frame->settings, &state->grid))
         trace_where_needed(gpu, state, &params, n);
@@ -309,13 +311,14 @@ kd_status kd_cone_trace_import(kd_schedule *s)
                .phase = KD_PHASE_GATHER,
                .where = KD_ON_GPU,
                .components = {KD_USES(kd_tree), KD_USES(kd_gbuffer), KD_USES(kd_lighting), KD_USES(kd_frame),
-                              KD_USES(kd_emitters), KD_CHANGES(kd_gi_targets)},
+                              KD_USES(kd_emitters), KD_USES(kd_sky_light), KD_CHANGES(kd_gi_targets)},
                .resources = {{"tree.uniform", KD_USE_UNIFORM},
                              {"tree.radiance", KD_USE_SAMPLED},
                              {"tree.nodes", KD_USE_SAMPLED},
                              {"tree.leaves", KD_USE_SAMPLED},
                              {"tree.data", KD_USE_SAMPLED},
                              {"emitters", KD_USE_UNIFORM},
+                             {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
                              {"gbuffer", KD_USE_SAMPLED},
                              {"lights.uniform", KD_USE_UNIFORM},
                              {"gi", KD_USE_IMAGE_WRITE},

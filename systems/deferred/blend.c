@@ -8,8 +8,10 @@
 #include <stdlib.h>
 
 #include "components/camera.h"
+#include "components/emitters.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
+#include "components/sky.h"
 #include "components/tree_access.h"
 #include "runtime/core/arena.h"
 #include "runtime/core/frustum.h"
@@ -187,15 +189,17 @@ static void bind_scene(kd_system_context *context, bool gathers)
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
+    kd_sky_bind(gpu, kd_singleton(context->world, kd_sky_light));
     if (!gathers)
         return;
     const kd_tree *tree = kd_singleton(context->world, kd_tree);
     struct kd_blend_params params = {
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
                  kd_tree_cone_length(tree, s), s->cones_start},
-        .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, s->light_ambient}};
+        .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, 0}};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_tree_bind(gpu, tree);
+    kd_emitters_bind(gpu, kd_singleton(context->world, kd_emitters));
 }
 
 static void draw_faces(kd_gpu *gpu, const blend_state *s, kd_gpu_program program,
@@ -286,12 +290,14 @@ kd_status kd_blend_import(kd_schedule *schedule)
                           .where = KD_ON_GPU,
                           .components = {KD_USES(kd_draw_list), KD_USES(kd_scene_store), KD_USES(kd_view),
                                          KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_tree),
-                                         KD_CHANGES(kd_gbuffer)},
+                                         KD_USES(kd_sky_light), KD_USES(kd_emitters), KD_CHANGES(kd_gbuffer)},
                           .resources = {{"scene.vertices", KD_USE_VERTEX},
                                         {"scene.indices", KD_USE_INDEX},
                                         {"scene.objects", KD_USE_STORAGE_READ | KD_USE_VERTEX},
                                         {"lights.uniform", KD_USE_UNIFORM},
                                         {"shadow.maps", KD_USE_SAMPLED},
+                                        {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
+                                        {"emitters", KD_USE_UNIFORM},
                                         {"tree.uniform", KD_USE_UNIFORM},
                                         {"tree.radiance", KD_USE_SAMPLED},
                                         {"tree.nodes", KD_USE_SAMPLED},

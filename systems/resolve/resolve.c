@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "components/sky.h"
 #include "runtime/core/log.h"
 #include "systems/resolve/internal.h"
 
@@ -142,6 +143,7 @@ static void bind_scene(kd_system_context *context)
     kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_MATERIAL, g->material);
     kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_EMISSIVE, g->emissive);
     kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_DEPTH, g->depth);
+    kd_sky_bind(gpu, kd_singleton(context->world, kd_sky_light));
     if (g->blended.id != 0)
         kd_gpu_bind_texture(gpu, KD_UNIT_BLENDED, g->blended);
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
@@ -221,9 +223,10 @@ kd_status kd_resolve_import(kd_schedule *schedule)
                           .phase = KD_PHASE_RESOLVE,
                           .where = KD_ON_GPU,
                           .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer),
-                                         KD_USES(kd_gi_targets), KD_CHANGES(kd_picture)},
+                                         KD_USES(kd_gi_targets), KD_USES(kd_sky_light), KD_CHANGES(kd_picture)},
                           .resources = {{"gbuffer", KD_USE_SAMPLED},
                                         {"blended", KD_USE_SAMPLED},
+                                        {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
                                         {"shadow.maps", KD_USE_SAMPLED},
                                         {"lights.uniform", KD_USE_UNIFORM},
                                         {"gi", KD_USE_SAMPLED},

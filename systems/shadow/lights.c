@@ -196,8 +196,6 @@ static void begin_lights(shadow_state *s, const kd_frame *frame)
     s->spot_edge = count_local_layers(s) <= LARGE_SPOTS ? edge / 2 : edge / 4;
     s->lights.count =
         (struct kd_gl_uvec4){0, (uint32_t)settings->light_shadow_cascades, s->directional_edge, s->spot_edge};
-    float ambient = settings->light_ambient;
-    s->lights.ambient = (struct kd_gl_vec4){ambient, ambient, ambient, 0};
 }
 
 void shadow_lights_run(kd_system_context *context)

@@ -16,7 +16,7 @@
 #include "shaders/shared/resolve.h"
 #include "shaders/shared/scene.h"
 
-enum { SKIP = 77, MAX_WORDS = 4096, OBJECTS = 3 };
+enum { SKIP = 77, MAX_WORDS = 8192, OBJECTS = 3 };
 
 /* Numbers ride in floats that are ordinary ones, since a driver may flush tiny ones to zero. */
 static const uint32_t BASE = 0x3f800000;
@@ -62,7 +62,6 @@ static const member members[] = {
     MEMBER(kd_view_params, size),
     MEMBER(kd_view_params, lens),
     MEMBER(kd_lights_params, count),
-    MEMBER(kd_lights_params, ambient),
     ELEMENT(kd_lights_params, light, 0),
     ELEMENT(kd_lights_params, light, 1),
     ELEMENT(kd_lights_params, light, KD_MAX_LIGHTS - 1),

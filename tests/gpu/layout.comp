@@ -61,14 +61,13 @@ void main()
     put(view.size);
     put(view.lens);
     put(lights.count);
-    put(lights.ambient);
     put_light(0u);
     put_light(1u);
     put_light(uint(KD_MAX_LIGHTS - 1));
-    for (int i = 0; i < KD_MAX_SHADOW_CASCADES * 2 + KD_MAX_SPOT_SHADOWS; i++)
+    for (int i = 0; i < KD_MAX_SHADOW_CASCADES * KD_MAX_DIRECTIONAL_SHADOWS + KD_MAX_SPOT_SHADOWS; i++)
         put(lights.shadow_matrix[i]);
     put(lights.kinds);
-    for (int i = 0; i < KD_MAX_SHADOW_CASCADES * 2; i++)
+    for (int i = 0; i < KD_MAX_SHADOW_CASCADES * KD_MAX_DIRECTIONAL_SHADOWS; i++)
         put(lights.cascade_texel_ws[i]);
     put(resolve.mode);
 }

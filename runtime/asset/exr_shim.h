@@ -1,5 +1,5 @@
-#ifndef KD_APP_EXR_SHIM_H
-#define KD_APP_EXR_SHIM_H
+#ifndef KD_ASSET_EXR_SHIM_H
+#define KD_ASSET_EXR_SHIM_H
 
 #include <stddef.h>
 #include <stdint.h>

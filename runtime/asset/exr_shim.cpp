@@ -1,5 +1,5 @@
 // tinyexr behind a C function. Its exceptions and its error texts, which it allocates, stay here.
-#include "runtime/app/exr_shim.h"
+#include "runtime/asset/exr_shim.h"
 
 #include <cstdlib>
 #include <cstring>
