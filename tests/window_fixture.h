@@ -247,7 +247,7 @@ static double picture_difference(const picture *a, const picture *b)
 static void window_rest(double seconds)
 {
     nanosleep(
-        &(struct timespec){.tv_sec = (time_t)seconds, .tv_nsec = (long)((seconds - (long)seconds) * 1e9)},
+        &(struct timespec){.tv_sec = (time_t)seconds, .tv_nsec = (long)((seconds - (double)(time_t)seconds) * 1e9)},
         NULL);
 }
 
