@@ -31,7 +31,7 @@ vec3 gather(vec3 origin, int side, float span, uint variant)
         sum += pass.cones[i].w * (r.radiance + r.transmittance * (pass.cone.w * tree.light.y) * sky_cone(direction, pass.cone.x));
     }
     vec3 normal = to_side(vec3(0.0, 0.0, 1.0), side);
-    return sum + tree.light.y * emitters_light(origin, origin, normal, 0.25 * span, 0.1, 1u, variant, emitter_settings(settings));
+    return sum + tree.light.y * emitters_light(sum * tree.light.z, origin, origin, normal, 0.25 * span, 0.1, 1u, variant, emitter_settings(settings));
 }
 
 void main()

@@ -63,7 +63,7 @@ vec4 trace_diffuse(vec3 place_ws, vec3 origin, vec3 normal, float span, ivec2 at
         irradiance += gather.cones[i].w * (r.radiance * tree.light.z + r.transmittance * sky_cone(axis, gather.cone.x));
         visible += gather.cones[i].w * (1.0 - r.occlusion);
     }
-    irradiance += emitters_light(place_ws, origin, normal, 0.25 * span, 0.05, 2u, uint(variant), emitter_settings(settings()));
+    irradiance += emitters_light(irradiance, place_ws, origin, normal, 0.25 * span, 0.05, 2u, uint(variant), emitter_settings(settings()));
     return vec4(irradiance * gather.light.x, clamp(1.0 - gather.light.z * (1.0 - visible), 0.0, 1.0));
 }
 

@@ -65,10 +65,12 @@ float emitter_visible(uint i, vec3 p_ws, float start, float least_tan, cone_sett
     return r.transmittance;
 }
 
+const float LEAST_SHARE_TRACED = 0.01;
+
 // Light of all emitters on a surface at place_ws: `samples` of them, drawn by how much they would light it, stand for all.
 // Four variants take strata between each other, so that the mean of four neighbours has four times as many. Shadows are
-// traced from origin_ws.
-vec3 emitters_light(vec3 place_ws, vec3 origin_ws, vec3 n_ws, float start, float least_tan, uint samples, uint variant,
+// traced from origin_ws, unless all of it is next to nothing beside the light that has come from elsewhere.
+vec3 emitters_light(vec3 others, vec3 place_ws, vec3 origin_ws, vec3 n_ws, float start, float least_tan, uint samples, uint variant,
                     cone_settings settings)
 {
     uint count = emitters.info.x;
@@ -76,8 +78,9 @@ vec3 emitters_light(vec3 place_ws, vec3 origin_ws, vec3 n_ws, float start, float
     for (uint i = 0u; i < count; i++)
         all_of_it += color_luminance(emitter_light(i, place_ws, n_ws));
     vec3 sum = vec3(0.0);
-    if (all_of_it <= 0.0)
+    if (all_of_it <= LEAST_SHARE_TRACED * color_luminance(others))
         return sum;
+    samples = count <= 8u ? 1u : samples;
     float each = all_of_it / float(samples);
     for (uint k = 0u; k < samples; k++) {
         float target = each * (float(k) + (float(variant) + 0.5) * 0.25), before = 0.0;
@@ -99,13 +102,12 @@ vec3 emitters_light(vec3 place_ws, vec3 origin_ws, vec3 n_ws, float start, float
 vec3 emitters_reflected(vec3 place_ws, vec3 origin_ws, vec3 direction, float tan_half, float start, cone_settings settings)
 {
     vec3 sum = vec3(0.0);
-    float most = 0.0, own = atan(tan_half);
+    float most = 0.0, own = min(tan_half, 1.0); // angles by their sines and chords: what is wide is soft anyhow
     uint best = 0u;
     for (uint i = 0u; i < emitters.info.x; i++) {
         kd_emitter e = emitters.emitter[i];
         vec3 to_it = e.place.xyz - place_ws;
-        float d = max(length(to_it), 1e-4), radius = atan(e.place.w / d);
-        float apart = acos(clamp(dot(to_it, direction) / d, -1.0, 1.0));
+        float d = max(length(to_it), 1e-4), radius = min(e.place.w / d, 1.0), apart = distance(to_it / d, direction);
         float smaller = min(radius, own), inside = 1.0 - smoothstep(abs(radius - own), radius + own, apart);
         vec3 light = emitter_radiance(e, to_it / d) * (inside * smaller * smaller / (own * own));
         sum += light;
