@@ -6,8 +6,9 @@
 #include "runtime/ecs/world.h"
 #include "runtime/gpu/gpu.h"
 
-/* What surrounds the scene: a gradient, or a picture, which stands as the entity is turned and is not touched by
- * the colours. It comes on top of the setting light.ambient. The one with the lowest entity index is used. */
+/* What surrounds the scene: a gradient, or a picture, which stands as the entity is turned and is not touched
+ * by the colours. It comes on top of the setting light.ambient. The one with the lowest entity index is used.
+ */
 typedef struct kd_sky {
     kd_vec3 zenith, horizon, ground; /* radiance, linear: straight up, level, straight down */
     float intensity;                 /* factor */
@@ -26,8 +27,8 @@ KD_COMPONENT_DECLARE(kd_sky_images);
  * and the texels are freed. */
 uint32_t kd_sky_add_image(kd_world *w, kd_sky_map map);
 
-/** Get the sky that is used among those that a query of (kd_sky, kd_world_transform) finds. Returns false when
- * there is none. */
+/** Get the sky that is used among those that a query of (kd_sky, kd_world_transform) finds. Returns false
+ * when there is none. */
 bool kd_sky_pick(kd_query *query, kd_sky *sky, kd_mat4 *world);
 /** The sky's picture, or its gradient, drawn into `gradient` (3 floats for each texel of such a map). */
 kd_sky_map kd_sky_map_of(kd_world *w, const kd_sky *sky, float *gradient);

@@ -41,7 +41,9 @@ kd_vec3 kd_sky_sample(const kd_sky_map *map, kd_vec3 direction)
     int32_t x0 = ((int32_t)left % w + w) % w, x1 = (x0 + 1) % w;
     int32_t y0 = top < 0 ? 0 : (int32_t)top, y1 = (int32_t)top + 1 < h ? (int32_t)top + 1 : h - 1;
     y0 = y0 < h ? y0 : h - 1;
-    const float *above = map->rgb + (size_t)y0 * map->width * 3, *below = map->rgb + (size_t)y1 * map->width * 3;
-    kd_vec3 a = mix(above + x0 * 3, above + x1 * 3, x - left), b = mix(below + x0 * 3, below + x1 * 3, x - left);
+    const float *above = map->rgb + (size_t)y0 * map->width * 3,
+                *below = map->rgb + (size_t)y1 * map->width * 3;
+    kd_vec3 a = mix(above + x0 * 3, above + x1 * 3, x - left),
+            b = mix(below + x0 * 3, below + x1 * 3, x - left);
     return mix(&a.x, &b.x, y - top);
 }

@@ -1,8 +1,8 @@
 #ifndef KD_COMPONENTS_SKY_MAP_H
 #define KD_COMPONENTS_SKY_MAP_H
 
-/* A sky as a picture in equirectangular projection: the middle looks along -Z, +X lies to the right of it, row 0
- * looks straight up. */
+/* A sky as a picture in equirectangular projection: the middle looks along -Z, +X lies to the right of it,
+ * row 0 looks straight up. */
 
 #include <stdint.h>
 

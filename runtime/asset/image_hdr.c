@@ -15,11 +15,13 @@
 bool image_hdr_measure(const uint8_t *bytes, int size, int *width, int *height)
 {
     int channels;
-    return stbi_is_hdr_from_memory(bytes, size) && stbi_info_from_memory(bytes, size, width, height, &channels);
+    return stbi_is_hdr_from_memory(bytes, size) &&
+           stbi_info_from_memory(bytes, size, width, height, &channels);
 }
 
 /* Reads from memory and notes when there was less than asked for: stb takes zeros for it and does not say so.
- * It fills a buffer of 128 bytes, which may be cut by the end, and asks for less only when it needs all of it. */
+ * It fills a buffer of 128 bytes, which may be cut by the end, and asks for less only when it needs all of
+ * it. */
 typedef struct source {
     const uint8_t *bytes;
     int size, at;

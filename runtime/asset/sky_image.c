@@ -29,8 +29,8 @@ static kd_status decode_hdr(const char *path, const uint8_t *bytes, size_t size,
         return kd_fail(KD_BAD_FORMAT, "%s: its header is damaged; use another file", path);
     if ((uint32_t)width > KD_SKY_SIDE_MAX || (uint32_t)height > KD_SKY_SIDE_MAX ||
         (int64_t)width * height > PIXELS_MAX)
-        return kd_fail(KD_TOO_LARGE, "%s: %d x %d texels are too many for a sky; make it smaller", path, width,
-                       height);
+        return kd_fail(KD_TOO_LARGE, "%s: %d x %d texels are too many for a sky; make it smaller", path,
+                       width, height);
     out->rgb = image_hdr_decode(bytes, (int)size, &width, &height);
     if (out->rgb == NULL)
         return kd_fail(KD_BAD_FORMAT, "%s: its pixels are damaged or cut off; use another file", path);

@@ -1,8 +1,8 @@
 #ifndef KD_ASSET_SKY_IMAGE_H
 #define KD_ASSET_SKY_IMAGE_H
 
-/* Pictures of a whole sky: Radiance (.hdr) and OpenEXR (.exr) files in equirectangular projection, told apart by
- * their first bytes. */
+/* Pictures of a whole sky: Radiance (.hdr) and OpenEXR (.exr) files in equirectangular projection, told apart
+ * by their first bytes. */
 
 #include <stdint.h>
 

@@ -1,8 +1,9 @@
 /* One sample of one pixel: a path from the camera that looks for light at each of its corners.
  *
  * Lights without extent are asked by shadow rays. Triangles that shine are found by points on them and by the
- * path itself, which share the work by the power heuristic; so is the picture of a sky, by its bright parts. Source  Veach 1997,
- * Robust Monte Carlo Methods, 9.2 (multiple importance sampling), 10.4 (Russian roulette) */
+ * path itself, which share the work by the power heuristic; so is the picture of a sky, by its bright parts.
+ * Source  Veach 1997, Robust Monte Carlo Methods, 9.2 (multiple importance sampling), 10.4 (Russian roulette)
+ */
 
 #include <math.h>
 

@@ -1,5 +1,6 @@
-/* The picture of a sky as a light: directions are chosen by the brightness of its texels, a row by its sum and then
- * a texel of the row. None has less than a hundredth of the mean. Source  Pharr, Jakob and Humphreys 2016, Physically Based Rendering, 14.2.4 */
+/* The picture of a sky as a light: directions are chosen by the brightness of its texels, a row by its sum
+ * and then a texel of the row. None has less than a hundredth of the mean. Source  Pharr, Jakob and Humphreys
+ * 2016, Physically Based Rendering, 14.2.4 */
 
 #include "components/sky.h"
 
@@ -93,8 +94,9 @@ kd_status reference_sky_build(kd_world *w, reference_scene *s)
 {
     kd_sky sky;
     kd_mat4 world;
-    kd_query *query = kd_query_make(
-        w, &(kd_query_desc){.terms = {KD_READ(kd_sky), KD_READ(kd_world_transform)}, .name = "reference sky"});
+    kd_query *query =
+        kd_query_make(w, &(kd_query_desc){.terms = {KD_READ(kd_sky), KD_READ(kd_world_transform)},
+                                          .name = "reference sky"});
     kd_status status = query != NULL ? KD_OK : KD_NO_MEMORY;
     if (status == KD_OK && kd_sky_pick(query, &sky, &world))
         status = build(w, s, &sky, &world);
@@ -106,7 +108,8 @@ kd_status reference_sky_build(kd_world *w, reference_scene *s)
 
 static kd_vec3 to_map(const reference_sky *sky, kd_vec3 d)
 {
-    return (kd_vec3){kd_vec3_dot(sky->rows[0], d), kd_vec3_dot(sky->rows[1], d), kd_vec3_dot(sky->rows[2], d)};
+    return (kd_vec3){kd_vec3_dot(sky->rows[0], d), kd_vec3_dot(sky->rows[1], d),
+                     kd_vec3_dot(sky->rows[2], d)};
 }
 
 kd_vec3 reference_sky_picture(const reference_scene *scene, kd_vec3 direction)
@@ -139,8 +142,8 @@ static uint32_t find(const float *cdf, uint32_t count, float u, float *share, fl
     return low;
 }
 
-/* Density on the sphere of a texel that is chosen with these two probabilities: its solid angle is that of its
- * place in the row. */
+/* Density on the sphere of a texel that is chosen with these two probabilities: its solid angle is that of
+ * its place in the row. */
 static float density(const kd_sky_map *map, float row, float column, float y)
 {
     float sine = sinf(REFERENCE_PI * y / (float)map->height);

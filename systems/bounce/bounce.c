@@ -158,26 +158,27 @@ kd_status kd_bounce_import(kd_schedule *s)
                                           });
     if (status)
         return status;
-    return kd_schedule_add(s, &(kd_system_desc){
-                                  .name = "bounce",
-                                  .phase = KD_PHASE_BOUNCE,
-                                  .where = KD_ON_GPU,
-                                  .components = {KD_USES(kd_svo), KD_USES(kd_tree), KD_USES(kd_frame),
-                                                 KD_USES(kd_emitters), KD_USES(kd_bounce), KD_USES(kd_sky_light)},
-                                  .resources = {{"svo.levels", KD_USE_STORAGE_READ},
-                                                {"tree.uniform", KD_USE_UNIFORM},
-                                                {"tree.radiance", KD_USE_SAMPLED},
-                                                {"tree.nodes", KD_USE_SAMPLED},
-                                                {"tree.leaves", KD_USE_SAMPLED},
-                                                {"tree.data", KD_USE_SAMPLED},
-                                                {"emitters", KD_USE_UNIFORM},
-                                                {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
-                                                {"bounce", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
-                                  .run_if = keeps,
-                                  .no_commands = true,
-                                  .run = run,
-                                  .init = init,
-                                  .fini = fini,
-                                  .user = state,
-                              });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "bounce",
+               .phase = KD_PHASE_BOUNCE,
+               .where = KD_ON_GPU,
+               .components = {KD_USES(kd_svo), KD_USES(kd_tree), KD_USES(kd_frame), KD_USES(kd_emitters),
+                              KD_USES(kd_bounce), KD_USES(kd_sky_light)},
+               .resources = {{"svo.levels", KD_USE_STORAGE_READ},
+                             {"tree.uniform", KD_USE_UNIFORM},
+                             {"tree.radiance", KD_USE_SAMPLED},
+                             {"tree.nodes", KD_USE_SAMPLED},
+                             {"tree.leaves", KD_USE_SAMPLED},
+                             {"tree.data", KD_USE_SAMPLED},
+                             {"emitters", KD_USE_UNIFORM},
+                             {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
+                             {"bounce", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE}},
+               .run_if = keeps,
+               .no_commands = true,
+               .run = run,
+               .init = init,
+               .fini = fini,
+               .user = state,
+           });
 }

@@ -1,7 +1,7 @@
 /* System blend: surfaces that let through what is behind them. They are drawn one by one, the farthest first,
  * over each other into a texture of their own, hidden by what the G-buffer holds; resolve lays it over the
- * picture. Each pixel is lit by itself, from lights and octree. Of a double-sided surface the backs come before
- * the fronts. Objects that pierce each other are not told apart. */
+ * picture. Each pixel is lit by itself, from lights and octree. Of a double-sided surface the backs come
+ * before the fronts. Objects that pierce each other are not told apart. */
 
 #include <math.h>
 #include <stdio.h>
@@ -172,11 +172,10 @@ static blend_variant frame_variant(kd_system_context *context)
     const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
     const kd_tree *tree = kd_singleton(context->world, kd_tree);
     bool gathers = kd_frame_needs_voxels(context) && tree->radiance.id != 0;
-    return (blend_variant){
-        .show = frame->view < KD_SHOW_COUNT ? frame->view : KD_SHOW_FINAL,
-        .kinds = (lighting->directional_count > 0 ? 1u : 0u) |
-                 (lighting->light_count > lighting->directional_count ? 2u : 0u),
-        .sparse_levels = gathers ? kd_tree_sparse_levels(tree) : 0};
+    return (blend_variant){.show = frame->view < KD_SHOW_COUNT ? frame->view : KD_SHOW_FINAL,
+                           .kinds = (lighting->directional_count > 0 ? 1u : 0u) |
+                                    (lighting->light_count > lighting->directional_count ? 2u : 0u),
+                           .sparse_levels = gathers ? kd_tree_sparse_levels(tree) : 0};
 }
 
 static void bind_scene(kd_system_context *context, bool gathers)
@@ -193,10 +192,9 @@ static void bind_scene(kd_system_context *context, bool gathers)
     if (!gathers)
         return;
     const kd_tree *tree = kd_singleton(context->world, kd_tree);
-    struct kd_blend_params params = {
-        .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
-                 kd_tree_cone_length(tree, s), s->cones_start},
-        .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, 0}};
+    struct kd_blend_params params = {.cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)),
+                                              s->cones_step, kd_tree_cone_length(tree, s), s->cones_start},
+                                     .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, 0}};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_tree_bind(gpu, tree);
     kd_emitters_bind(gpu, kd_singleton(context->world, kd_emitters));

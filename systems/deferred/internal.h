@@ -5,10 +5,7 @@
 #include "components/scene_store.h"
 #include "shaders/shared/scene.h"
 
-enum {
-    DEFERRED_GEOMETRY_STRIDE = KD_GEOMETRY_WORDS * 4,
-    DEFERRED_ATTRIBUTE_STRIDE = KD_ATTRIBUTE_WORDS * 4
-};
+enum { DEFERRED_GEOMETRY_STRIDE = KD_GEOMETRY_WORDS * 4, DEFERRED_ATTRIBUTE_STRIDE = KD_ATTRIBUTE_WORDS * 4 };
 
 /** All streams of a drawn vertex. */
 kd_gpu_geometry deferred_geometry(const kd_scene_store *store, const kd_draw_list *list);

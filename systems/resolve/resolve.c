@@ -218,25 +218,25 @@ kd_status kd_resolve_import(kd_schedule *schedule)
     if (state == NULL)
         return kd_fail(KD_NO_MEMORY, "resolve: no memory for its state; free some");
     kd_status status = kd_schedule_add(
-        schedule,
-        &(kd_system_desc){.name = "resolve",
-                          .phase = KD_PHASE_RESOLVE,
-                          .where = KD_ON_GPU,
-                          .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer),
-                                         KD_USES(kd_gi_targets), KD_USES(kd_sky_light), KD_CHANGES(kd_picture)},
-                          .resources = {{"gbuffer", KD_USE_SAMPLED},
-                                        {"blended", KD_USE_SAMPLED},
-                                        {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
-                                        {"shadow.maps", KD_USE_SAMPLED},
-                                        {"lights.uniform", KD_USE_UNIFORM},
-                                        {"gi", KD_USE_SAMPLED},
-                                        {"picture", KD_USE_IMAGE_WRITE}},
-                          .init = resolve_init,
-                          .no_commands = true,
-                          .run = resolve_run,
-                          .fini = resolve_fini,
-                          .bytes_moved = resolve_bytes,
-                          .user = state});
+        schedule, &(kd_system_desc){.name = "resolve",
+                                    .phase = KD_PHASE_RESOLVE,
+                                    .where = KD_ON_GPU,
+                                    .components = {KD_USES(kd_frame), KD_USES(kd_lighting),
+                                                   KD_USES(kd_gbuffer), KD_USES(kd_gi_targets),
+                                                   KD_USES(kd_sky_light), KD_CHANGES(kd_picture)},
+                                    .resources = {{"gbuffer", KD_USE_SAMPLED},
+                                                  {"blended", KD_USE_SAMPLED},
+                                                  {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
+                                                  {"shadow.maps", KD_USE_SAMPLED},
+                                                  {"lights.uniform", KD_USE_UNIFORM},
+                                                  {"gi", KD_USE_SAMPLED},
+                                                  {"picture", KD_USE_IMAGE_WRITE}},
+                                    .init = resolve_init,
+                                    .no_commands = true,
+                                    .run = resolve_run,
+                                    .fini = resolve_fini,
+                                    .bytes_moved = resolve_bytes,
+                                    .user = state});
     if (status != KD_OK) {
         free(state);
         return status;

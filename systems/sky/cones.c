@@ -1,5 +1,6 @@
-/* Means of a sky over discs, from a pyramid of halved maps: each disc is sampled at points spread evenly over it,
- * at the level whose texels are as large as a point's share. Rows count by the solid angle of their texels. */
+/* Means of a sky over discs, from a pyramid of halved maps: each disc is sampled at points spread evenly over
+ * it, at the level whose texels are as large as a point's share. Rows count by the solid angle of their
+ * texels. */
 
 #include "systems/sky/cones.h"
 

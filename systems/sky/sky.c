@@ -19,8 +19,8 @@ enum { CONE_HALVES = KD_SKY_LAYERS * KD_SKY_EDGE * KD_SKY_EDGE * 4 };
 
 typedef struct sky_state {
     kd_query *query;
-    bool shows;     /* textures of a sky are there */
-    kd_sky shown;   /* whose they are, whatever its factor */
+    bool shows;   /* textures of a sky are there */
+    kd_sky shown; /* whose they are, whatever its factor */
     float gradient[KD_SKY_GRADIENT_WIDTH * KD_SKY_GRADIENT_HEIGHT * 3];
     uint16_t cones[CONE_HALVES];
     uint64_t bytes_moved;
@@ -160,19 +160,19 @@ kd_status kd_sky_import(kd_schedule *schedule)
     if (s == NULL)
         return kd_fail(KD_NO_MEMORY, "sky: no memory for its state; free some");
     kd_status status = kd_schedule_add(
-        schedule, &(kd_system_desc){.name = "sky",
-                                    .phase = KD_PHASE_SHADOW,
-                                    .where = KD_ON_GPU,
-                                    .components = {KD_USES(kd_sky), KD_USES(kd_world_transform),
-                                                   KD_USES(kd_sky_images), KD_USES(kd_frame),
-                                                   KD_CHANGES(kd_sky_light)},
-                                    .resources = {{"sky", KD_USE_COPY_WRITE}},
-                                    .no_commands = true,
-                                    .init = sky_init,
-                                    .run = sky_run,
-                                    .fini = sky_fini,
-                                    .bytes_moved = sky_bytes,
-                                    .user = s});
+        schedule,
+        &(kd_system_desc){.name = "sky",
+                          .phase = KD_PHASE_SHADOW,
+                          .where = KD_ON_GPU,
+                          .components = {KD_USES(kd_sky), KD_USES(kd_world_transform), KD_USES(kd_sky_images),
+                                         KD_USES(kd_frame), KD_CHANGES(kd_sky_light)},
+                          .resources = {{"sky", KD_USE_COPY_WRITE}},
+                          .no_commands = true,
+                          .init = sky_init,
+                          .run = sky_run,
+                          .fini = sky_fini,
+                          .bytes_moved = sky_bytes,
+                          .user = s});
     if (status != KD_OK)
         free(s);
     return status;

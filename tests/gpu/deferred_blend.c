@@ -1,5 +1,5 @@
-/* Surfaces that let through what is behind them: they add their own light by their opacity, whatever the order
- * in which they were made. */
+/* Surfaces that let through what is behind them: they add their own light by their opacity, whatever the
+ * order in which they were made. */
 
 #include "tests/render_fixture.h"
 
@@ -67,8 +67,9 @@ static void what_is_in_front_hides_panes(void **state)
     render_expect(r, 45, 60, (kd_vec3){0.4f, 0, 0}, 0.002f);
 }
 
-/* Red above green above blue, half opaque each, over white: 0.5 of red, 0.25 of green, 0.125 of blue and as much
- * of white; made in all six orders, on two planes of one mesh's size and of another, the bytes are the same. */
+/* Red above green above blue, half opaque each, over white: 0.5 of red, 0.25 of green, 0.125 of blue and as
+ * much of white; made in all six orders, on two planes of one mesh's size and of another, the bytes are the
+ * same. */
 static void panes_blend_the_same_in_any_order(void **state)
 {
     static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
@@ -122,8 +123,8 @@ static void panes_are_lit(void **state)
     const float *full = render_pixel(r, 50, 60), *part = render_pixel(r, 110, 60);
     assert_true(full[0] > 0.5f);
     assert_float_equal(part[1], full[1] / 4, 0.02f * full[1]);
-    kd_entity lid = render_shape(r, KD_SHAPE_PLANE, (kd_vec3){9, 1, 9}, &m, (kd_vec3){0, 30, 0}, RENDER_UPRIGHT,
-                                 RENDER_UNIT);
+    kd_entity lid = render_shape(r, KD_SHAPE_PLANE, (kd_vec3){9, 1, 9}, &m, (kd_vec3){0, 30, 0},
+                                 RENDER_UPRIGHT, RENDER_UNIT);
     render_frame(r, "lid");
     assert_true(render_pixel(r, 50, 60)[0] > 0.5f); /* a pane of a quarter casts no shadow */
     kd_destroy(r->world, lid);

@@ -1,4 +1,5 @@
-/* Lights and materials at the ends of their ranges: every value of the picture is a number, and not below 0. */
+/* Lights and materials at the ends of their ranges: every value of the picture is a number, and not below 0.
+ */
 
 #include "tests/render_fixture.h"
 
@@ -24,7 +25,8 @@ static void add_surfaces(render *r)
 static void add_lights(render *r)
 {
     const kd_light lamp = {.type = KD_POINT, .color = {1, 1, 1}, .intensity = 1e6f};
-    kd_light spot = {.type = KD_SPOT, .color = {1, 1, 1}, .intensity = 5, .inner_cone = 0.5f, .outer_cone = 0.5f};
+    kd_light spot = {
+        .type = KD_SPOT, .color = {1, 1, 1}, .intensity = 5, .inner_cone = 0.5f, .outer_cone = 0.5f};
     const kd_vec3 down = {0, -1, 0};
     render_light(r, lamp, (kd_vec3){0, -0.5f, 0}, down);
     render_light(r, lamp, (kd_vec3){0, 0, 0}, down);
@@ -36,10 +38,11 @@ static void add_lights(render *r)
     spot.outer_cone = 0;
     render_light(r, spot, (kd_vec3){1, 3, 0}, down);
     for (int i = 0; i < KD_MAX_LIGHTS; i++)
-        render_light(r, (kd_light){.type = i % 50 == 0 ? KD_DIRECTIONAL : KD_POINT,
-                                   .color = {1, 1, 1},
-                                   .intensity = 0.01f,
-                                   .no_shadow = i % 10 != 0},
+        render_light(r,
+                     (kd_light){.type = i % 50 == 0 ? KD_DIRECTIONAL : KD_POINT,
+                                .color = {1, 1, 1},
+                                .intensity = 0.01f,
+                                .no_shadow = i % 10 != 0},
                      (kd_vec3){0.01f * (float)i, 2, 0}, (kd_vec3){0.01f * (float)i, -1, 0});
 }
 
@@ -62,8 +65,9 @@ static void extremes_give_numbers(void **state)
     add_lights(r);
     kd_entity camera = render_camera(r, (kd_vec3){0, 2, 4}, (kd_vec3){0, 0, 0}, 0.8f);
     assert_true(expect_numbers(r, "outside") > 1000);
-    kd_find_mut(r->world, camera, kd_transform)->position = (kd_vec3){1.1f, 0, 0.1f}; /* in the mirror's box */
-    expect_numbers(r, "inside"); /* which sees no backs, and so perhaps nothing */
+    kd_find_mut(r->world, camera, kd_transform)->position =
+        (kd_vec3){1.1f, 0, 0.1f}; /* in the mirror's box */
+    expect_numbers(r, "inside");  /* which sees no backs, and so perhaps nothing */
     r->frame->settings.view_auto_exposure = true;
     expect_numbers(r, "measured");
 }

@@ -1,5 +1,5 @@
-/* Skies behind and over what is drawn: the background is the picture along each pixel's ray, and without gathered
- * light surfaces get the mean of what they face. */
+/* Skies behind and over what is drawn: the background is the picture along each pixel's ray, and without
+ * gathered light surfaces get the mean of what they face. */
 
 #include "components/sky.h"
 #include "tests/render_fixture.h"
@@ -24,8 +24,8 @@ static void fill(float *rgb)
             rgb[i * 3 + c] = 0.1f + 0.05f * (float)((i * (3 + c)) % 7);
 }
 
-/* The sky is turned by 90 degrees about y: what the picture has along d lies along (d.z, d.y, -d.x) in the world,
- * so a ray w of the world reads it at (-w.z, w.y, w.x). */
+/* The sky is turned by 90 degrees about y: what the picture has along d lies along (d.z, d.y, -d.x) in the
+ * world, so a ray w of the world reads it at (-w.z, w.y, w.x). */
 static void background_is_the_picture(void **state)
 {
     render *r = *state;

@@ -1,5 +1,6 @@
 /* Where walls meet, neither shades the other though the filter's texels reach over the edge; where a box
- * stands on the floor, no light creeps in below it; where light grazes a wall, shadows end where they should. */
+ * stands on the floor, no light creeps in below it; where light grazes a wall, shadows end where they should.
+ */
 
 #include "tests/render_fixture.h"
 
@@ -77,9 +78,10 @@ static void no_light_creeps_in_below_a_box(void **state)
     }
 }
 
-/* A ledge of 30 cm on a wall, in a sun that falls five times as steeply as it comes forward: its lower edge, at a
- * height of 3 m, ends the shadow at 1.5 m. A texel is 1.5 cm wide there and so 7.5 cm high on the wall; the
- * filter reaches one to both sides. A lift along the normal by two texels would end the shadow 15 cm higher. */
+/* A ledge of 30 cm on a wall, in a sun that falls five times as steeply as it comes forward: its lower edge,
+ * at a height of 3 m, ends the shadow at 1.5 m. A texel is 1.5 cm wide there and so 7.5 cm high on the wall;
+ * the filter reaches one to both sides. A lift along the normal by two texels would end the shadow 15 cm
+ * higher. */
 static void a_grazed_wall_is_shaded_down_to_where_the_ledge_says(void **state)
 {
     render *r = *state;
@@ -87,7 +89,8 @@ static void a_grazed_wall_is_shaded_down_to_where_the_ledge_says(void **state)
     add_box(r, (kd_vec3){6, 6, 1}, (kd_vec3){0, 3, -0.5f});
     add_box(r, (kd_vec3){4, 0.1f, 0.3f}, (kd_vec3){0, 3.05f, 0.15f});
     r->frame->settings.light_shadow_size = 1024;
-    render_camera(r, (kd_vec3){0, 1.8f, 6}, (kd_vec3){0, 1.8f, 0}, 0.5f); /* 6 * tan 0.25 = 1.53 m up and down */
+    render_camera(r, (kd_vec3){0, 1.8f, 6}, (kd_vec3){0, 1.8f, 0},
+                  0.5f); /* 6 * tan 0.25 = 1.53 m up and down */
     render_light(r, lamps[0], (kd_vec3){0, 5, 0}, (kd_vec3){0, -1, -0.2f});
     render_frame(r, "graze");
     for (uint32_t x = 20; x < 140; x += 4)

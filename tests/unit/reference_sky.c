@@ -24,7 +24,8 @@ static void look_at_plane(fixture *f, float albedo)
     fixture_camera(f, (kd_vec3){0, 3, 0}, (kd_vec3){0, 0, 0});
 }
 
-/* A picture of 0.5 all round, twice as bright by its factor, is a uniform sky of 1: the plane has its albedo. */
+/* A picture of 0.5 all round, twice as bright by its factor, is a uniform sky of 1: the plane has its albedo.
+ */
 static void uniform_picture_is_a_uniform_sky(void **state)
 {
     fixture *f = *state;
@@ -54,8 +55,8 @@ static double plane_sum(const kd_sky_map *map, kd_vec3 up)
     return sum * (FIXTURE_PI * step) * (2 * FIXTURE_PI / (WIDTH * cells)) / FIXTURE_PI;
 }
 
-/* One texel of 1000 at a height of 48 degrees, the rest nearly black: found by choice, not by luck. Turned by 60
- * degrees about z, the plane's normal (0, 1, 0) is (sin 60, cos 60, 0) in the picture's space. */
+/* One texel of 1000 at a height of 48 degrees, the rest nearly black: found by choice, not by luck. Turned by
+ * 60 degrees about z, the plane's normal (0, 1, 0) is (sin 60, cos 60, 0) in the picture's space. */
 static void small_bright_parts_are_found(void **state)
 {
     fixture *f = *state;
