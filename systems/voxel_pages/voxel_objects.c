@@ -26,6 +26,10 @@
  * longer from 1.25 on. */
 #define STRETCH 1.25f
 
+/* Joints that draw skin out by more than this against their mean stretch are mistakes of a file. Following
+ * them would fill memory with voxels: a cache has its square as many. */
+#define MOST_UNEVEN 3.0f
+
 static uint32_t log2_of(uint32_t v)
 {
     uint32_t l = 0;
@@ -59,17 +63,25 @@ static float largest_scale(const kd_mat4 *m)
                            (kd_vec3){m->m[8], m->m[9], m->m[10]});
 }
 
+/* The mean stretch of a matrix's rows, by the volume that it makes of one. */
+static float mean_scale(const kd_vec4 *r)
+{
+    kd_vec3 a = {r[0].x, r[0].y, r[0].z}, b = {r[1].x, r[1].y, r[1].z}, c = {r[2].x, r[2].y, r[2].z};
+    return cbrtf(fabsf(kd_vec3_dot(a, kd_vec3_cross(b, c))));
+}
+
 /* Skinned vertices go from model space to the world through joints: the one that stretches most counts. */
 static float skin_scale(const kd_joint_palette *palette, const kd_skin_instance *skin, uint32_t joints)
 {
-    float best = 0;
+    float best = 0, mean = 0;
     for (uint32_t j = 0; j < joints && skin->first_matrix + j < palette->count; j++) {
         const kd_vec4 *r = palette->rows[skin->first_matrix + j];
         best =
             fmaxf(best, kd_mat3_stretch((kd_vec3){r[0].x, r[0].y, r[0].z}, (kd_vec3){r[1].x, r[1].y, r[1].z},
                                         (kd_vec3){r[2].x, r[2].y, r[2].z}));
+        mean = fmaxf(mean, mean_scale(r));
     }
-    return best;
+    return fminf(best, MOST_UNEVEN * mean);
 }
 
 static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_draw *draw,

@@ -41,13 +41,23 @@ void moving_fini(kd_gpu *gpu, moving_voxels *m)
     kd_pose_access_fini(gpu, &m->pose);
 }
 
+/* What a crowd needed goes back when it has gone; nothing in the lists outlives a frame. */
+static void let_go(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t wanted)
+{
+    if (!buffer->id || kd_gpu_buffer_size(gpu, *buffer) <= 4 * wanted)
+        return;
+    kd_gpu_destroy_buffer(gpu, *buffer);
+    *buffer = (kd_gpu_buffer){0};
+}
+
 static kd_status reserve(kd_gpu *gpu, moving_voxels *m, uint32_t slots)
 {
-    size_t words = KD_MOVING_LIST(KD_MOVING_KINDS, (size_t)slots);
-    kd_status status = kd_gpu_ensure_buffer(gpu, &m->work, words * 4, 0, "voxels.moving");
-    return status ? status
-                  : kd_gpu_ensure_buffer(gpu, &m->records, (size_t)slots * KD_MOVING_RECORD * 16, 0,
-                                         "voxels.moving");
+    size_t work = KD_MOVING_LIST(KD_MOVING_KINDS, (size_t)slots) * 4;
+    size_t records = (size_t)slots * KD_MOVING_RECORD * 16;
+    let_go(gpu, &m->work, work);
+    let_go(gpu, &m->records, records);
+    kd_status status = kd_gpu_ensure_buffer(gpu, &m->work, work, 0, "voxels.moving");
+    return status ? status : kd_gpu_ensure_buffer(gpu, &m->records, records, 0, "voxels.moving");
 }
 
 static void list_groups(kd_gpu *gpu, const moving_voxels *m, const kd_voxel_scene *scene, uint32_t slots)
@@ -65,6 +75,12 @@ static void list_groups(kd_gpu *gpu, const moving_voxels *m, const kd_voxel_scen
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_dispatch(gpu, m->list_args, 1, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT | KD_BARRIER_TEXTURE);
+}
+
+void moving_rest(kd_gpu *gpu, moving_voxels *m)
+{
+    let_go(gpu, &m->work, 0);
+    let_go(gpu, &m->records, 0);
 }
 
 kd_status moving_transform(kd_system_context *context, moving_voxels *m, const kd_voxel_scene *scene,

@@ -20,6 +20,9 @@ typedef struct moving_voxels {
 kd_status moving_init(kd_gpu *gpu, moving_voxels *m);
 void moving_fini(kd_gpu *gpu, moving_voxels *m);
 
+/** Give back the lists: nothing moves. */
+void moving_rest(kd_gpu *gpu, moving_voxels *m);
+
 /** Bring the layer's voxels to the world. Errors NO_MEMORY for the lists; nothing is done then */
 kd_status moving_transform(kd_system_context *context, moving_voxels *m, const kd_voxel_scene *scene,
                            const kd_svo *svo);

@@ -101,6 +101,8 @@ static void run(kd_system_context *context)
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     if (scene->pages[KD_LAYER_DYNAMIC].segment_count)
         transform_dynamic(context, state, scene, svo);
+    else
+        moving_rest(gpu, &state->moving);
 }
 
 static uint64_t bytes_moved(const kd_system_context *context)

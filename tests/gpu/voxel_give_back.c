@@ -74,7 +74,7 @@ static void characters_that_come_and_go_leave_nothing(void **state)
     uint64_t random = 5;
     uint32_t number;
     kd_entity roots[LIVE] = {{0}};
-    voxel_world v = voxel_open((voxel_options){.span = 0.06f});
+    voxel_world v = voxel_open((voxel_options){.span = 0.15f});
     voxel_shape(&v, KD_SHAPE_PLANE, (kd_vec3){4, 0, 4}, NULL, voxel_at(0, -1, 0));
     assert_int_equal(kd_scene_add_model(v.world, fixture_character(2, 60, 9, 0, 3), &number), KD_OK);
     settle(&v);
@@ -174,7 +174,7 @@ static void copies_keep_what_they_share(void **state)
     (void)state;
     uint32_t number;
     kd_entity root;
-    voxel_world v = voxel_open((voxel_options){.span = 0.06f});
+    voxel_world v = voxel_open((voxel_options){.span = 0.15f});
     const kd_scene_store *store = kd_singleton(v.world, kd_scene_store);
     assert_int_equal(kd_scene_add_model(v.world, fixture_character(1, 60, 4, 0, 3), &number), KD_OK);
     assert_int_equal(kd_scene_instantiate(v.world, number, KD_NO_ENTITY, "one", &root), KD_OK);

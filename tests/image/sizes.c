@@ -125,7 +125,7 @@ static void statistics_hold_the_samples_of_cones_that_were_counted(void **state)
         samples = strtoull(each + strlen("\"samples\": "), NULL, 10);
         of_all = count == 0 ? samples : of_all - samples;
     }
-    assert_int_equal(count, 1 + 6 + 1); /* all, six diffuse ones, the glossy one */
+    assert_int_equal(count, 1 + 6 + 1 + 1); /* all, six diffuse ones, those to emitters, the glossy one */
     assert_int_equal(of_all, 0);
     free(counted);
     free(plain);
