@@ -299,6 +299,8 @@ static kd_status write_last(app_capture *c, bool hdr)
 
 kd_status app_capture_finish(app_capture *c, bool last)
 {
+    if (!c)
+        return KD_OK;
     for (int hdr = 0; hdr < 2; hdr++)
         while (c->rings[hdr].id && take(c, hdr, true))
             ;

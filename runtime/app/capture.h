@@ -30,7 +30,7 @@ void app_capture_rest(app_capture *capture, bool rests);
 kd_status app_capture_status(const app_capture *capture);
 
 /** Write everything that is still under way; with `last` also the single pictures, which show the frame
- * rendered last. */
+ * rendered last. capture  NULL: nothing is written */
 kd_status app_capture_finish(app_capture *capture, bool last);
 
 void app_capture_close(app_capture *capture); /* NULL does nothing; unfinished films leave no file */

@@ -12,7 +12,7 @@
 
 /* A model or shape that is in the scene store already. */
 typedef struct app_loaded {
-    char *key; /* its path, or what a shape is made of */
+    char *key; /* its path, scene and variant, a line each; or what a shape is made of */
     uint32_t model;
 } app_loaded;
 

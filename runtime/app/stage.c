@@ -26,9 +26,9 @@ kd_status app_stage_load(const app_options *options, kd_jobs *jobs, app_stage **
     *out = NULL;
     if (!stage)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    stage->options = options;
+    stage->options = *options;
     stage->jobs = jobs;
-    kd_status status = load(stage, options);
+    kd_status status = load(stage, &stage->options);
     if (status == KD_OK)
         *out = stage;
     else
@@ -50,7 +50,7 @@ static kd_status configure_schedule(app_stage *stage, const app_stage_desc *desc
 static kd_status open_capture(app_stage *stage)
 {
     const app_scene *scene = &stage->scene;
-    kd_status status = app_capture_open(stage->options, stage->world, stage->gpu, stage->jobs, scene->width,
+    kd_status status = app_capture_open(&stage->options, stage->world, stage->gpu, stage->jobs, scene->width,
                                         scene->height, scene->fps, &stage->capture);
     return status == KD_OK ? app_capture_import(stage->capture, stage->schedule) : status;
 }
@@ -61,7 +61,7 @@ kd_status app_stage_open(app_stage *stage, const app_stage_desc *desc)
     stage->schedule = kd_schedule_make(stage->world, stage->jobs, stage->gpu);
     if (!stage->schedule)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    kd_status status = app_import_systems(stage->schedule, stage->options->extension);
+    kd_status status = app_import_systems(stage->schedule, stage->options.extension);
     if (status == KD_OK && desc->captures)
         status = open_capture(stage);
     if (status == KD_OK)

@@ -10,9 +10,9 @@
 #include "runtime/asset/voxel_file.h"
 
 typedef struct app_stage {
-    const app_options *options; /* of the caller */
-    kd_jobs *jobs;              /* of the caller, as is the GPU */
-    kd_gpu *gpu;                /* NULL until it is opened */
+    app_options options; /* a copy; what they point to is the caller's */
+    kd_jobs *jobs;       /* of the caller, as is the GPU */
+    kd_gpu *gpu;         /* NULL until it is opened */
     kd_world *world;
     kd_schedule *schedule;
     app_scene scene;
@@ -28,8 +28,8 @@ typedef struct app_stage_desc {
     bool captures; /* write what the options ask for */
 } app_stage_desc;
 
-/** Make the world and fill it; nothing touches the GPU. Options and jobs are borrowed while it is on.
- *  Errors  with one message, *out is NULL then */
+/** Make the world and fill it; nothing touches the GPU. Jobs, and what the options point to, are borrowed
+ * while it is on. Errors  with one message, *out is NULL then */
 kd_status app_stage_load(const app_options *options, kd_jobs *jobs, app_stage **out);
 /** Register and open its systems. Errors with one message; it can only be closed then */
 kd_status app_stage_open(app_stage *stage, const app_stage_desc *desc);

@@ -334,7 +334,7 @@ static void too_many_shadow_casters_warn_once(void **state)
     add_box(r, (kd_vec3){1, 1, 1}, (kd_vec3){0, 0.5f, 0});
     render_top_camera(r, 2);
     r->frame->settings.light_shadow_size = 64;
-    for (int i = 0; i < 20; i++)
+    for (int i = 0; i < 52; i++)
         render_light(r, (kd_light){.type = KD_SPOT, .color = {1, 1, 1}, .intensity = 1, .outer_cone = PI / 4},
                      (kd_vec3){0, 3, 0}, (kd_vec3){0, -1, 0});
     render_frame(r, "many");

@@ -78,10 +78,13 @@ void window_watch_files(window_session *s)
     window_watch_file(s->watch, s->subject, WINDOW_CHANGED_SCENE);
     for (uint32_t i = 0; scene->script && i < kd_script_file_count(scene->script); i++)
         window_watch_file(s->watch, kd_script_file(scene->script, i), WINDOW_CHANGED_SCENE);
-    for (uint32_t i = 0; i < scene->loaded_count; i++)
-        if (is_scene(scene->loaded[i].key) &&
-            kd_path_folder(folder, sizeof folder, scene->loaded[i].key) == KD_OK)
+    for (uint32_t i = 0; i < scene->loaded_count; i++) {
+        char path[KD_PATH_MAX];
+        const char *key = scene->loaded[i].key; /* the path is its first line */
+        snprintf(path, sizeof path, "%.*s", (int)strcspn(key, "\n"), key);
+        if (is_scene(path) && kd_path_folder(folder, sizeof folder, path) == KD_OK)
             window_watch_folder(s->watch, folder, model_extensions, WINDOW_CHANGED_SCENE);
+    }
     if (shaders && *shaders && kd_path_join(folder, sizeof folder, shaders, "shaders") == KD_OK)
         window_watch_tree(s->watch, folder, WINDOW_CHANGED_SHADERS);
 }
@@ -134,7 +137,7 @@ static kd_status take_on(window_session *s, app_stage *other, uint64_t frame)
     window_stage_end(s);
     app_stage_close(s->stage);
     s->stage = other;
-    s->stage->options = &s->options;
+    s->stage->options = s->options;
     s->frame = frame;
     s->stopped = false;
     s->alarm = false;
