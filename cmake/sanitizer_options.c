@@ -16,14 +16,16 @@ const char *__asan_default_options(void)
            "return=1";
 }
 
-/* Display stacks keep tables for the life of the process and lose them when they are unloaded. */
+/* Display stacks keep tables for the life of the process and lose them when they are unloaded; tinyexr loses
+ * the header, or lists of pixels, of files whose pixels are damaged. */
 const char *__lsan_default_suppressions(void)
 {
     return "leak:libOSMesa.so\n"   /* the framebuffer's record of its last context */
            "leak:libGLX_mesa.so\n" /* configurations, screens */
            "leak:libglapi.so\n"
            "leak:swrast_dri.so\n" /* driver options, by name */
-           "leak:libX11.so\n"     /* extension and locale tables */
+           "leak:libtinyexr.so\n"
+           "leak:libX11.so\n" /* extension and locale tables */
            "leak:libglfw.so\n";
 }
 
