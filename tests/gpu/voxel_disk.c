@@ -64,7 +64,7 @@ typedef struct contents {
 static contents run_world(float size)
 {
     contents c;
-    voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.04f});
+    voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.12f});
     v.frame->settings.voxels_cache = true;
     voxel_shape(&v, KD_SHAPE_TORUS, (kd_vec3){size, 0.3f, 0}, NULL, voxel_at(0.013f, 0, 0));
     voxel_spawn(&v, fixture_character(2, 60, 9, 0, 3), voxel_at(0, 1, 0));
@@ -205,7 +205,7 @@ static void folder_that_cannot_be_written_costs_one_warning(void **state)
     snprintf(blocked, sizeof blocked, "%s/file", folder);
     fclose(fopen(blocked, "wb"));
     setenv("KANDIL_CACHE", blocked, 1); /* not a folder: not even root can write below it */
-    voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.04f});
+    voxel_world v = voxel_open((voxel_options){.cascades = 2, .span = 0.12f});
     v.frame->settings.voxels_cache = true;
     voxel_shape(&v, KD_SHAPE_TORUS, (kd_vec3){0.8f, 0.3f, 0}, NULL, voxel_at(0, 0, 0));
     voxel_frame(&v);
