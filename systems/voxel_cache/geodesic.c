@@ -9,7 +9,8 @@
 
 /* Steps by faces, edges and corners in tenths of a cell. Source: Borgefors 1986, chamfer distances */
 static const uint32_t step_costs[4] = {0, 10, 14, 17};
-enum { NEIGHBOURS = 26, BUCKETS = 18, FAR = UINT32_MAX };
+enum { NEIGHBOURS = 26, BUCKETS = 18 };
+#define FAR UINT32_MAX
 
 typedef struct bucket {
     uint32_t *cells;
