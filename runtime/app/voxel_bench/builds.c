@@ -6,18 +6,10 @@
 
 static kd_status measure(const voxel_bench *b, const char *build, rig_figures *f)
 {
-    rig r;
     char build_set[48];
     const char *sets[] = {"svo.layers=one", build ? build_set : NULL, NULL};
     snprintf(build_set, sizeof build_set, "svo.build=%s", build ? build : "");
-    kd_status status = rig_open(&r, b->options, b->scene, sets);
-    if (status != KD_OK)
-        return status;
-    status = rig_run(&r, VOXEL_BENCH_WARM_UP);
-    if (status == KD_OK)
-        status = rig_measure(&r, b->frames, NULL, NULL, f);
-    rig_close(&r);
-    return status;
+    return voxel_bench_measure(b, sets, f);
 }
 
 static kd_status measure_row(const voxel_bench *b, const char *build, bool *begun)

@@ -33,20 +33,12 @@ static const char *missing(const voxel_bench *b, uint32_t resolution, char *text
 
 static kd_status measure(const voxel_bench *b, uint32_t resolution, rig_figures *f)
 {
-    rig r;
     char resolution_set[40], span_set[40], cascades_set[40];
     const char *sets[] = {resolution_set, span_set, cascades_set, "svo.layers=one", NULL};
     snprintf(resolution_set, sizeof resolution_set, "voxels.resolution=%u", resolution);
     snprintf(span_set, sizeof span_set, "voxels.span=%.9g", b->extent_m / resolution);
     snprintf(cascades_set, sizeof cascades_set, "voxels.cascades=%d", CASCADES);
-    kd_status status = rig_open(&r, b->options, b->scene, sets);
-    if (status != KD_OK)
-        return status;
-    status = rig_run(&r, VOXEL_BENCH_WARM_UP);
-    if (status == KD_OK)
-        status = rig_measure(&r, b->frames, NULL, NULL, f);
-    rig_close(&r);
-    return status;
+    return voxel_bench_measure(b, sets, f);
 }
 
 kd_status voxel_bench_cascades(const voxel_bench *b)

@@ -26,6 +26,9 @@ kd_status voxel_bench_begin(voxel_bench *b, const app_options *options, kd_json 
 /** Tell whether --case asks for a case. */
 bool voxel_bench_wanted(const voxel_bench *b, const char *name);
 
+/** Open the bench's scene with settings on top (rig_open), warm up and measure. Errors with one message */
+kd_status voxel_bench_measure(const voxel_bench *b, const char *const *sets, rig_figures *out);
+
 /** Print the head of a table of stages. `first`: title of the first column */
 void voxel_bench_head(const char *first);
 

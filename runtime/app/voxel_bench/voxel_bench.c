@@ -49,6 +49,19 @@ kd_status voxel_bench_begin(voxel_bench *b, const app_options *options, kd_json 
     return KD_OK;
 }
 
+kd_status voxel_bench_measure(const voxel_bench *b, const char *const *sets, rig_figures *out)
+{
+    rig r;
+    kd_status status = rig_open(&r, b->options, b->scene, sets);
+    if (status != KD_OK)
+        return status;
+    status = rig_run(&r, VOXEL_BENCH_WARM_UP);
+    if (status == KD_OK)
+        status = rig_measure(&r, b->frames, NULL, NULL, out);
+    rig_close(&r);
+    return status;
+}
+
 bool voxel_bench_wanted(const voxel_bench *b, const char *name)
 {
     return !b->options->bench_case || strstr(name, b->options->bench_case);
