@@ -3,17 +3,23 @@
 #include "runtime/app/model_survey.h"
 
 #include <float.h>
+#include <math.h>
 #include <stdlib.h>
 
 #include "runtime/core/log.h"
 
-#define HALL_MIN_EXTENT_M 10
+#define HALL_MIN_EXTENT_M 10   /* open above or on one side */
+#define ROOM_MIN_EXTENT_M 2.5f /* closed all round */
+#define ROOM_MIN_HEIGHT_M 2    /* lower ones are the insides of cars */
 #define EYE_HEIGHT_M      1.7f
+#define LEVEL             0.005f /* of the length */
+#define FAN               12
 #define FAR               FLT_MAX
 
 typedef struct soup {
     kd_vec3 *corners; /* three a triangle, model space */
-    size_t triangle_count;
+    bool *two_sided;  /* a triangle: it faces everybody */
+    size_t triangle_count, two_sided_count;
 } soup;
 
 typedef struct hit {
@@ -29,10 +35,12 @@ static bool shines(const kd_model *model, const kd_primitive_desc *p)
            kd_vec3_length(model->materials[p->material].emissive) > 0;
 }
 
-static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 *to_model)
+static void append_primitive(soup *s, const kd_primitive_desc *p, const kd_mat4 *to_model, bool two_sided)
 {
     for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
-        kd_vec3 *corner = s->corners + s->triangle_count++ * 3;
+        kd_vec3 *corner = s->corners + s->triangle_count * 3;
+        s->two_sided_count += two_sided;
+        s->two_sided[s->triangle_count++] = two_sided;
         for (uint32_t k = 0; k < 3; k++)
             corner[k] = kd_mat4_point(to_model, p->positions[p->indices[i + k]]);
     }
@@ -64,16 +72,31 @@ static bool has_emissive(const kd_model *model)
     return false;
 }
 
-/* Gather all triangles. Errors NO_MEMORY; the caller frees s->corners. */
+static void append_mesh(soup *s, const kd_model *model, const kd_mesh_desc *mesh, const kd_mat4 *to_model)
+{
+    for (uint32_t i = 0; i < mesh->primitive_count; i++) {
+        const kd_primitive_desc *p = &mesh->primitives[i];
+        append_primitive(s, p, to_model,
+                         p->material < model->material_count && model->materials[p->material].double_sided);
+    }
+}
+
+static void release(soup *s)
+{
+    free(s->corners);
+    free(s->two_sided);
+    *s = (soup){0};
+}
+
+/* Gather all triangles. Errors NO_MEMORY; the caller releases them. */
 static kd_status gather(const kd_model *model, soup *s)
 {
     size_t count = count_triangles(model);
     kd_mat4 *matrices = malloc((model->node_count + 1) * sizeof *matrices);
-    *s = (soup){.corners = malloc((count * 3 + 1) * sizeof *s->corners)};
-    if (!matrices || !s->corners) {
+    *s = (soup){.corners = malloc((count * 3 + 1) * sizeof *s->corners), .two_sided = malloc(count + 1)};
+    if (!matrices || !s->corners || !s->two_sided) {
         free(matrices);
-        free(s->corners);
-        s->corners = NULL;
+        release(s);
         return kd_fail(KD_NO_MEMORY, "%s: out of memory", model->path);
     }
     for (uint32_t n = 0; n < model->node_count; n++) {
@@ -82,8 +105,8 @@ static kd_status gather(const kd_model *model, soup *s)
                                        : kd_mat4_from_trs(node->translation, node->rotation, node->scale);
         if (node->parent != KD_NONE)
             matrices[n] = kd_mat4_mul(&matrices[node->parent], &matrices[n]);
-        for (uint32_t i = 0; node->mesh != KD_NONE && i < model->meshes[node->mesh].primitive_count; i++)
-            append_primitive(s, &model->meshes[node->mesh].primitives[i], &matrices[n]);
+        if (node->mesh != KD_NONE)
+            append_mesh(s, model, &model->meshes[node->mesh], &matrices[n]);
     }
     free(matrices);
     return KD_OK;
@@ -91,22 +114,41 @@ static kd_status gather(const kd_model *model, soup *s)
 
 /* ---- rays; Source  Moeller and Trumbore 1997, Fast, Minimum Storage Ray/Triangle Intersection ---- */
 
+/* Distance to triangle i along a ray, FAR where it misses; `front`: it is met from the front. */
+static float meet(const soup *s, size_t i, kd_vec3 from, kd_vec3 along, bool *front)
+{
+    const kd_vec3 *c = s->corners + i * 3;
+    kd_vec3 e1 = kd_vec3_sub(c[1], c[0]), e2 = kd_vec3_sub(c[2], c[0]), p = kd_vec3_cross(along, e2);
+    float det = kd_vec3_dot(e1, p);
+    if (det == 0)
+        return FAR;
+    kd_vec3 t = kd_vec3_sub(from, c[0]), q = kd_vec3_cross(t, e1);
+    float u = kd_vec3_dot(t, p) / det, v = kd_vec3_dot(along, q) / det, distance = kd_vec3_dot(e2, q) / det;
+    *front = det > 0;
+    return u >= 0 && v >= 0 && u + v <= 1 ? distance : FAR;
+}
+
 static hit cast(const soup *s, kd_vec3 from, kd_vec3 along)
 {
     hit nearest = {FAR, false};
     for (size_t i = 0; i < s->triangle_count; i++) {
-        const kd_vec3 *c = s->corners + i * 3;
-        kd_vec3 e1 = kd_vec3_sub(c[1], c[0]), e2 = kd_vec3_sub(c[2], c[0]), p = kd_vec3_cross(along, e2);
-        float det = kd_vec3_dot(e1, p);
-        if (det == 0)
-            continue;
-        kd_vec3 t = kd_vec3_sub(from, c[0]), q = kd_vec3_cross(t, e1);
-        float u = kd_vec3_dot(t, p) / det, v = kd_vec3_dot(along, q) / det,
-              distance = kd_vec3_dot(e2, q) / det;
-        if (u >= 0 && v >= 0 && u + v <= 1 && distance > 0 && distance < nearest.distance)
-            nearest = (hit){distance, det > 0};
+        bool front = false;
+        float distance = meet(s, i, from, along, &front);
+        if (distance > 0 && distance < nearest.distance)
+            nearest = (hit){distance, front || s->two_sided[i]};
     }
     return nearest;
+}
+
+/* How many surfaces a line meets, ahead and behind. */
+static uint32_t count_crossings(const soup *s, kd_vec3 through, kd_vec3 along)
+{
+    uint32_t count = 0;
+    for (size_t i = 0; i < s->triangle_count; i++) {
+        bool front = false;
+        count += meet(s, i, through, along, &front) < FAR;
+    }
+    return count;
 }
 
 /* ---- judgement ---- */
@@ -138,17 +180,49 @@ static float free_way(const soup *s, kd_vec3 eye, kd_vec3 along, float limit)
     return h.distance < limit ? h.distance : limit;
 }
 
-/* Whether one can stand at `eye`: a floor below, and walls that face inwards on three sides of four at least.
- */
-static bool is_inside(const soup *s, kd_vec3 eye, float room)
+/* What one sees standing at a place: axis rays that meet inner faces, and whether one can walk about. */
+typedef struct stand {
+    int walls; /* of four */
+    bool floor, ceiling;
+    int level; /* of FAN directions: the floor is as high half way to what is there */
+} stand;
+
+/* `height`: of the eye above the floor. */
+static stand stand_at(const soup *s, kd_vec3 eye, float height, float longest)
 {
-    int walls = 0;
-    hit floor = cast(s, eye, axes[4]);
-    for (int i = 0; i < 4; i++) {
+    stand out = {0};
+    for (int i = 0; i < 6; i++) {
         hit h = cast(s, eye, axes[i]);
-        walls += h.distance < FAR && h.faces_us && h.distance > room;
+        bool inner = h.distance < FAR && h.faces_us;
+        if (i < 4)
+            out.walls += inner && h.distance > 0.01f * longest;
+        else if (i == 4)
+            out.floor = inner;
+        else
+            out.ceiling = inner;
     }
-    return floor.distance < FAR && floor.faces_us && walls >= 3;
+    for (int i = 0; i < FAN; i++) {
+        float angle = ((float)i + 0.5f) * 6.2831853f / FAN;
+        kd_vec3 along = {cosf(angle), 0, sinf(angle)};
+        kd_vec3 there = kd_vec3_add(eye, kd_vec3_scale(along, free_way(s, eye, along, longest) / 2));
+        out.level += fabsf(cast(s, there, axes[4]).distance - height) < LEVEL * longest;
+    }
+    return out;
+}
+
+/* Walls seen from both sides do not tell a room from a hollow solid: in a room many a way across meets more
+ * than where it enters and leaves. */
+static bool is_furnished(const soup *s, kd_vec3 middle, kd_vec3 extent)
+{
+    int furnished = 0;
+    for (int i = 0; i < FAN; i++) {
+        float angle = ((float)i + 0.5f) * 6.2831853f / FAN, share = ((float)i + 0.5f) / FAN;
+        kd_vec3 along = {cosf(angle), 0, sinf(angle)};
+        kd_vec3 off = {0.3f * extent.x * sinf(angle), (0.5f * share - 0.45f) * extent.y,
+                       -0.3f * extent.z * cosf(angle)};
+        furnished += count_crossings(s, kd_vec3_add(middle, off), along) >= 3;
+    }
+    return furnished >= FAN / 2;
 }
 
 static void look_for_hall(const soup *s, app_survey *out)
@@ -157,14 +231,20 @@ static void look_for_hall(const soup *s, app_survey *out)
             middle = kd_vec3_scale(kd_vec3_add(out->low, out->high), 0.5f);
     bool along_x = extent.x >= extent.z;
     float longest = along_x ? extent.x : extent.z, height = extent.y;
-    if (longest <= HALL_MIN_EXTENT_M || height < 0.05f * longest)
+    if (longest <= ROOM_MIN_EXTENT_M || height < 0.05f * longest)
         return;
     float eye_height =
         height > 12 * EYE_HEIGHT_M ? height / 12 : EYE_HEIGHT_M; /* in a unit smaller than metres */
+    if (eye_height > 0.6f * height)
+        eye_height = 0.6f * height;
     hit floor = cast(s, middle, axes[4]);
     kd_vec3 eye = {middle.x, (floor.distance < FAR ? middle.y - floor.distance : out->low.y) + eye_height,
                    middle.z};
-    if (!is_inside(s, eye, 0.01f * longest))
+    stand here = stand_at(s, eye, eye_height, longest);
+    bool closed = here.walls == 4 && here.ceiling;
+    if (!here.floor || here.walls < 3 || here.level < FAN / 2 ||
+        (longest <= HALL_MIN_EXTENT_M && (!closed || height < ROOM_MIN_HEIGHT_M)) ||
+        (s->two_sided_count * 2 > s->triangle_count && !is_furnished(s, middle, extent)))
         return;
     kd_vec3 forth = along_x ? axes[0] : axes[2], back = along_x ? axes[1] : axes[3];
     float behind = free_way(s, eye, back, longest);
@@ -195,6 +275,6 @@ kd_status app_survey_model(const kd_model *model, app_survey *out)
     look_for_hall(&s, out);
     if (!out->hall)
         look_for_open_box(&s, kd_vec3_scale(kd_vec3_add(out->low, out->high), 0.5f), out);
-    free(s.corners);
+    release(&s);
     return KD_OK;
 }

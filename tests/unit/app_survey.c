@@ -1,4 +1,5 @@
 /* What the viewer makes of a model: rooms are entered, solids are circled, open boxes are looked into. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -85,6 +86,78 @@ static void a_large_room_is_a_hall(void **state)
     assert_true(s.hall);
 }
 
+static void a_closed_room_is_entered_however_small(void **state)
+{
+    (void)state;
+    app_survey s = survey((kd_vec3){-2.5f, 0, -2}, (kd_vec3){2.5f, 2.6f, 2}, true, -1);
+    assert_true(s.hall && s.eye.y > 1.5f && s.eye.y < 1.75f);
+    assert_false(survey((kd_vec3){-2.5f, 0, -2}, (kd_vec3){2.5f, 2.6f, 2}, true, 2).hall);  /* a crate */
+    assert_false(survey((kd_vec3){-2.5f, 0, -2}, (kd_vec3){2.5f, 1.4f, 2}, true, -1).hall); /* a car */
+}
+
+/* What can be seen from both sides may be a room or a hollow solid: things inside make it a room. */
+static void walls_with_two_sides_need_something_between_them(void **state)
+{
+    (void)state;
+    static box walls, pillars[9];
+    kd_primitive_desc primitives[10];
+    kd_material_desc both = kd_material_default();
+    app_survey out;
+    both.double_sided = true;
+    make_box(&walls, (kd_vec3){-20, 0, -6}, (kd_vec3){20, 8, 6}, false, -1);
+    walls.model.material_count = 1;
+    walls.model.materials = &both;
+    primitives[0] = walls.primitive;
+    for (int i = 0; i < 9; i++) {
+        float x = -16 + 4 * (float)i, z = i % 2 ? 3 : -3;
+        make_box(&pillars[i], (kd_vec3){x - 1, 0, z - 1}, (kd_vec3){x + 1, 7, z + 1}, false, -1);
+        primitives[1 + i] = pillars[i].primitive;
+    }
+    walls.mesh.primitives = primitives;
+    walls.mesh.primitive_count = 1;
+    assert_int_equal(app_survey_model(&walls.model, &out), KD_OK);
+    assert_false(out.hall);
+    walls.mesh.primitive_count = 10;
+    assert_int_equal(app_survey_model(&walls.model, &out), KD_OK);
+    assert_true(out.hall);
+    both.double_sided = false; /* now the walls face outwards alone */
+    assert_int_equal(app_survey_model(&walls.model, &out), KD_OK);
+    assert_false(out.hall);
+}
+
+enum { ROUND = 24, RINGS = 12 };
+
+/* The inside of a ball has no floor to walk on. */
+static void the_inside_of_a_ball_is_no_hall(void **state)
+{
+    (void)state;
+    static box b;
+    static kd_vec3 positions[(RINGS + 1) * ROUND];
+    static uint32_t indices[RINGS * ROUND * 6];
+    uint32_t count = 0;
+    app_survey out;
+    make_box(&b, (kd_vec3){-8, -8, -8}, (kd_vec3){8, 8, 8}, true, -1);
+    for (uint32_t i = 0; i < (RINGS + 1) * ROUND; i++) {
+        float down = (float)(i / ROUND) * 3.1415927f / RINGS,
+              around = (float)(i % ROUND) * 6.2831853f / ROUND;
+        positions[i] =
+            (kd_vec3){8 * sinf(down) * cosf(around), 8 * cosf(down), 8 * sinf(down) * sinf(around)};
+    }
+    for (uint32_t i = 0; i < RINGS * ROUND; i++) {
+        uint32_t next = i / ROUND * ROUND + (i + 1) % ROUND;
+        uint32_t quad[4] = {i, i + ROUND, next + ROUND, next}; /* counter-clockwise from the middle */
+        for (uint32_t k = 0; k < 6; k++)
+            indices[count++] = quad[quad_order[k]];
+    }
+    b.primitive.positions = positions;
+    b.primitive.indices = indices;
+    b.primitive.vertex_count = (RINGS + 1) * ROUND;
+    b.primitive.index_count = count;
+    assert_int_equal(app_survey_model(&b.model, &out), KD_OK);
+    assert_true(out.closed_box); /* its faces are turned inwards */
+    assert_false(out.hall);
+}
+
 static void a_large_solid_is_no_hall(void **state)
 {
     (void)state;
@@ -142,6 +215,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_large_room_is_a_hall),
+        cmocka_unit_test(a_closed_room_is_entered_however_small),
+        cmocka_unit_test(walls_with_two_sides_need_something_between_them),
+        cmocka_unit_test(the_inside_of_a_ball_is_no_hall),
         cmocka_unit_test(a_large_solid_is_no_hall),
         cmocka_unit_test(a_small_room_open_on_one_side_is_an_open_box),
         cmocka_unit_test(rooms_alone_are_lit_by_what_shines_in_them),
