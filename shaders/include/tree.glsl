@@ -162,21 +162,26 @@ vec4 tree_sample_dense(int c, int mip, vec3 p_ws, vec3 direction)
            weight.z * tree_sample_block(c, mip, cell, direction.z < 0.0 ? 5 : 4);
 }
 
-// Value at integral lod in a place whose finest cascade is k (lod >= k), per metre of the ray's path.
-vec4 tree_sample(int k, int lod, vec3 p_ws, vec3 direction)
+// Is a value of this lod, in a place whose finest cascade is k (lod >= k), one of leaves or sparse nodes?
+bool tree_is_sparse(int k, int lod) { return lod < k + KD_SPARSE_LEVELS; }
+
+// Value at integral lod, per metre of the ray's path; of leaves and sparse nodes.
+vec4 tree_sample_sparse(int k, int lod, vec3 p_ws, vec3 direction)
+{
+#if KD_SPARSE_LEVELS > 1
+    vec4 v = lod == k ? tree_sample_leaves(k, p_ws, direction) : tree_sample_nodes(k, lod - k, p_ws, direction);
+#else
+    vec4 v = tree_sample_leaves(k, p_ws, direction);
+#endif
+    return v / (tree.cascade[0].w * exp2(float(lod)));
+}
+
+// The same of dense cells and what lies above them.
+vec4 tree_sample_wide(int k, int lod, vec3 p_ws, vec3 direction)
 {
     lod = min(lod, tree_cascades() - 1 + KD_SPARSE_LEVELS + KD_DENSE_MIPS);
-    vec4 v;
-    if (lod < k + KD_SPARSE_LEVELS) {
-#if KD_SPARSE_LEVELS > 1
-        v = lod == k ? tree_sample_leaves(k, p_ws, direction) : tree_sample_nodes(k, lod - k, p_ws, direction);
-#else
-        v = tree_sample_leaves(k, p_ws, direction);
-#endif
-    } else {
-        int c = min(lod - KD_SPARSE_LEVELS, tree_cascades() - 1);
-        v = tree_sample_dense(c, max(lod - KD_SPARSE_LEVELS - c, 0), p_ws, direction);
-    }
+    int c = min(lod - KD_SPARSE_LEVELS, tree_cascades() - 1);
+    vec4 v = tree_sample_dense(c, max(lod - KD_SPARSE_LEVELS - c, 0), p_ws, direction);
     return v / (tree.cascade[0].w * exp2(float(lod)));
 }
 
