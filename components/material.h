@@ -5,7 +5,8 @@
 #include "shaders/shared/scene.h"
 
 /** Write a stored material as shaders read it (uniform block KD_BIND_MATERIAL). A map counts as present when
- * its texture is on the GPU. Blended materials are cut at an opacity of one half, since nothing is sorted. */
+ * its texture is on the GPU. Where blended surfaces enter the tree they
+ * are cut at an opacity of one half. */
 struct kd_material_params kd_material_params_make(const kd_store_material *material);
 
 /** Bind a material's maps to KD_UNIT_BASE_COLOR … and its block to KD_BIND_MATERIAL. Threading: the GPU lane.

@@ -12,6 +12,7 @@
 #define ORBIT_FOV_Y 0.6981317f /* 40 degrees */
 #define HALL_FOV_Y  1.0471976f /* 60 degrees */
 #define SUN_LX      4.0f
+#define LAMP_LX     2.0f
 #define SKY         0.3f
 #define HALL_EV     2.5f /* most of a hall is in shade, and seen by what bounces */
 
@@ -89,6 +90,26 @@ static void add_sun(app_scene *scene, const app_survey *s)
     scene->settings.light_ambient = SKY;
 }
 
+/* Three lamps under the roof of a hall that no sun enters, which light the floor below them.
+ */
+static void add_lamps(app_scene *scene, const app_survey *s)
+{
+    float over_eye = 0.7f * s->roof, over_floor = over_eye + s->eye_height;
+    for (int i = 0; i < 3; i++) {
+        kd_vec3 way = kd_vec3_sub(s->target, s->eye);
+        kd_vec3 at = kd_vec3_add(s->eye, kd_vec3_scale(way, 0.15f + 0.35f * (float)i));
+        at.y = s->eye.y + over_eye;
+        kd_entity e =
+            kd_spawn(scene->world,
+                     KD_VAL(kd_transform, {.position = at, .rotation = {0, 0, 0, 1}, .scale = {1, 1, 1}}),
+                     KD_TAG(kd_world_transform),
+                     KD_VAL(kd_light, {.type = KD_POINT,
+                                       .color = {1, 0.95f, 0.88f},
+                                       .intensity = LAMP_LX * over_floor * over_floor}));
+        kd_set_name(scene->world, e, "lamp");
+    }
+}
+
 static float clamp(float x, float low, float high)
 {
     return x < low ? low : x > high ? high : x;
@@ -127,12 +148,12 @@ kd_status app_scene_load_model(app_scene *scene, const app_options *options)
     if (status != KD_OK)
         return status;
     fit_settings(scene, &survey);
-    if (survey.hall)
+    if (survey.hall && survey.roof == 0)
         scene->settings.view_exposure_ev = HALL_EV;
     if (!survey.has_camera)
         frame_model(scene, &survey);
     if (!survey.has_light && !app_survey_lit_by_itself(&survey))
-        add_sun(scene, &survey);
+        survey.roof > 0 ? add_lamps(scene, &survey) : add_sun(scene, &survey);
     if (!survey.hall && !survey.open_box && !survey.has_animation && !survey.has_camera)
         scene->turntable = root;
     return KD_OK;

@@ -23,8 +23,8 @@ typedef struct soup {
 } soup;
 
 typedef struct hit {
-    float distance; /* FAR: none */
-    bool faces_us;
+    float distance;       /* FAR: none */
+    bool front, faces_us; /* what has two sides faces everybody */
 } hit;
 
 /* ---- triangles ---- */
@@ -130,25 +130,14 @@ static float meet(const soup *s, size_t i, kd_vec3 from, kd_vec3 along, bool *fr
 
 static hit cast(const soup *s, kd_vec3 from, kd_vec3 along)
 {
-    hit nearest = {FAR, false};
+    hit nearest = {FAR, false, false};
     for (size_t i = 0; i < s->triangle_count; i++) {
         bool front = false;
         float distance = meet(s, i, from, along, &front);
         if (distance > 0 && distance < nearest.distance)
-            nearest = (hit){distance, front || s->two_sided[i]};
+            nearest = (hit){distance, front, front || s->two_sided[i]};
     }
     return nearest;
-}
-
-/* How many surfaces a line meets, ahead and behind. */
-static uint32_t count_crossings(const soup *s, kd_vec3 through, kd_vec3 along)
-{
-    uint32_t count = 0;
-    for (size_t i = 0; i < s->triangle_count; i++) {
-        bool front = false;
-        count += meet(s, i, through, along, &front) < FAR;
-    }
-    return count;
 }
 
 /* ---- judgement ---- */
@@ -174,9 +163,8 @@ static void look_for_open_box(const soup *s, kd_vec3 middle, app_survey *out)
     out->open_side = open >= 0 ? axes[open] : axes[2];
 }
 
-static float free_way(const soup *s, kd_vec3 eye, kd_vec3 along, float limit)
+static float free_way(hit h, float limit)
 {
-    hit h = cast(s, eye, along);
     return h.distance < limit ? h.distance : limit;
 }
 
@@ -184,12 +172,28 @@ static float free_way(const soup *s, kd_vec3 eye, kd_vec3 along, float limit)
 typedef struct stand {
     int walls; /* of four */
     bool floor, ceiling;
-    int level; /* of FAN directions: the floor is as high half way to what is there */
+    int level;    /* of FAN directions, half way to what is there: so many floors are equally high … */
+    float ground; /* … at this y */
+    int fronts;   /* of the two rays of each: surfaces met from the front */
 } stand;
 
-/* `height`: of the eye above the floor. */
-static stand stand_at(const soup *s, kd_vec3 eye, float height, float longest)
+/* Which height most floors share, within `tolerance`. */
+static void find_ground(const float floors[FAN], float tolerance, stand *out)
 {
+    for (int i = 0; i < FAN; i++) {
+        int equal = 0;
+        for (int k = 0; k < FAN; k++)
+            equal += fabsf(floors[k] - floors[i]) < tolerance;
+        if (equal > out->level) {
+            out->level = equal;
+            out->ground = floors[i];
+        }
+    }
+}
+
+static stand stand_at(const soup *s, kd_vec3 eye, float longest)
+{
+    float floors[FAN];
     stand out = {0};
     for (int i = 0; i < 6; i++) {
         hit h = cast(s, eye, axes[i]);
@@ -204,25 +208,13 @@ static stand stand_at(const soup *s, kd_vec3 eye, float height, float longest)
     for (int i = 0; i < FAN; i++) {
         float angle = ((float)i + 0.5f) * 6.2831853f / FAN;
         kd_vec3 along = {cosf(angle), 0, sinf(angle)};
-        kd_vec3 there = kd_vec3_add(eye, kd_vec3_scale(along, free_way(s, eye, along, longest) / 2));
-        out.level += fabsf(cast(s, there, axes[4]).distance - height) < LEVEL * longest;
+        hit wall = cast(s, eye, along);
+        hit floor = cast(s, kd_vec3_add(eye, kd_vec3_scale(along, free_way(wall, longest) / 2)), axes[4]);
+        floors[i] = eye.y - floor.distance;
+        out.fronts += wall.front + floor.front;
     }
+    find_ground(floors, LEVEL * longest, &out);
     return out;
-}
-
-/* Walls seen from both sides do not tell a room from a hollow solid: in a room many a way across meets more
- * than where it enters and leaves. */
-static bool is_furnished(const soup *s, kd_vec3 middle, kd_vec3 extent)
-{
-    int furnished = 0;
-    for (int i = 0; i < FAN; i++) {
-        float angle = ((float)i + 0.5f) * 6.2831853f / FAN, share = ((float)i + 0.5f) / FAN;
-        kd_vec3 along = {cosf(angle), 0, sinf(angle)};
-        kd_vec3 off = {0.3f * extent.x * sinf(angle), (0.5f * share - 0.45f) * extent.y,
-                       -0.3f * extent.z * cosf(angle)};
-        furnished += count_crossings(s, kd_vec3_add(middle, off), along) >= 3;
-    }
-    return furnished >= FAN / 2;
 }
 
 static void look_for_hall(const soup *s, app_survey *out)
@@ -240,16 +232,20 @@ static void look_for_hall(const soup *s, app_survey *out)
     hit floor = cast(s, middle, axes[4]);
     kd_vec3 eye = {middle.x, (floor.distance < FAR ? middle.y - floor.distance : out->low.y) + eye_height,
                    middle.z};
-    stand here = stand_at(s, eye, eye_height, longest);
+    stand here = stand_at(s, eye, longest);
     bool closed = here.walls == 4 && here.ceiling;
+    /* All surfaces of a hollow solid turn their backs to who is inside; in a room things stand about. */
     if (!here.floor || here.walls < 3 || here.level < FAN / 2 ||
         (longest <= HALL_MIN_EXTENT_M && (!closed || height < ROOM_MIN_HEIGHT_M)) ||
-        (s->two_sided_count * 2 > s->triangle_count && !is_furnished(s, middle, extent)))
+        (s->two_sided_count * 2 > s->triangle_count && here.fronts < FAN / 4))
         return;
+    eye.y = here.ground + eye_height; /* a table may stand in the middle */
+    out->roof = closed ? free_way(cast(s, eye, axes[5]), height) : 0;
     kd_vec3 forth = along_x ? axes[0] : axes[2], back = along_x ? axes[1] : axes[3];
-    float behind = free_way(s, eye, back, longest);
+    float behind = free_way(cast(s, eye, back), longest);
     out->hall = true;
-    out->target = kd_vec3_add(eye, kd_vec3_add(kd_vec3_scale(forth, free_way(s, eye, forth, longest)),
+    out->eye_height = eye_height;
+    out->target = kd_vec3_add(eye, kd_vec3_add(kd_vec3_scale(forth, free_way(cast(s, eye, forth), longest)),
                                                (kd_vec3){0, 0.1f * height, 0}));
     out->eye = kd_vec3_add(eye, kd_vec3_scale(back, behind * 0.85f));
 }

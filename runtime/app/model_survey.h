@@ -9,11 +9,13 @@ typedef struct app_survey {
     bool has_camera, has_light, has_animation;
     bool has_emissive;   /* triangles that shine */
     kd_vec3 low, high;   /* bounds, m */
-    bool hall;           /* large, and one can stand inside: floor and walls face inwards */
+    bool hall;           /* one can stand inside: floor and walls face inwards; open ones are large */
     bool open_box;       /* closed on all sides but one: seen best through that side */
     bool closed_box;     /* closed on all sides, its faces turned inwards */
     kd_vec3 open_side;   /* unit axis that leads out of the open box */
     kd_vec3 eye, target; /* of a hall: a place to stand, and where the view is longest */
+    float eye_height;    /* of that place above the floor, m */
+    float roof;          /* of a hall closed on all sides, m above the eye; 0: light comes in somewhere */
 } app_survey;
 
 /** Tell whether the model's own shining surfaces light it: they do inside a room, whose walls pass the light

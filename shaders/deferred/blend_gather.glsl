@@ -38,7 +38,7 @@ vec4 gathered_diffuse(surface s)
         sum += weight * blend_trace(origin, direction, blend.cone.x, 0.25 * span, occlusion);
         visible += weight * (1.0 - occlusion);
     }
-    sum += emitters_light(s.position_ws, origin, n, 0.25 * span, 0.05, 2u, 0u, emitter_settings(blend_settings())) * blend.light.x;
+    sum += emitters_light(sum, s.position_ws, origin, n, 0.25 * span, 0.05, 2u, 0u, emitter_settings(blend_settings())) * blend.light.x;
     return vec4(sum, clamp(1.0 - blend.light.z * (1.0 - visible), 0.0, 1.0));
 }
 

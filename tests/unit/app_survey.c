@@ -82,8 +82,9 @@ static void a_large_room_is_a_hall(void **state)
     assert_true(s.eye.z > -6 && s.eye.z < 6);
     s = survey((kd_vec3){-6, 0, -20}, (kd_vec3){6, 8, 20}, true, -1);
     assert_true(s.hall && s.eye.z < -15 && s.target.z > 19);
+    assert_true(s.roof > 6.2f && s.roof < 6.4f);
     s = survey((kd_vec3){-20, 0, -6}, (kd_vec3){20, 8, 6}, true, 2); /* no roof */
-    assert_true(s.hall);
+    assert_true(s.hall && s.roof == 0);
 }
 
 static void a_closed_room_is_entered_however_small(void **state)
