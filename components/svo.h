@@ -46,8 +46,9 @@ typedef struct kd_svo {
     bool wants_changes;             /* set by whoever reads `changes` */
     kd_gpu_buffer changes;          /* "svo.changes" */
     kd_gpu_buffer uniform;          /* "tree.uniform": kd_tree_params */
-    kd_gpu_buffer masks;            /* "svo.masks": leaf cells, static layer then dynamic layer */
-    kd_gpu_buffer ranks;            /* "svo.ranks": of the dynamic layer */
+    kd_gpu_buffer masks;            /* "svo.masks": leaf cells of the static layer */
+    kd_gpu_buffer moving;           /* "svo.masks": those of the dynamic layer, then their ranks */
+    bool has_moving;                /* there is room for them: something moves, or did lately */
     kd_gpu_buffer fresh;            /* static cells that are built anew: mask, then ranks */
     kd_gpu_buffer level_masks[2];   /* "svo.levels": both layers joined, this frame's and the last's */
     kd_gpu_buffer touched;          /* bits of leaf parents: touched, then those with dynamic cells */

@@ -217,8 +217,13 @@ static inline void *voxel_read(kd_gpu_buffer buffer, size_t offset, size_t bytes
 /* Masks of both layers, joined when `out` is wanted so. */
 static inline uint32_t *voxel_read_mask(voxel_world *v, int layer)
 {
-    size_t bytes = (size_t)voxel_svo(v)->layer_words * 4;
-    return voxel_read(voxel_svo(v)->masks, (size_t)layer * bytes, bytes);
+    const kd_svo *svo = voxel_svo(v);
+    size_t bytes = (size_t)svo->layer_words * 4;
+    if (layer == KD_LAYER_STATIC || svo->has_moving)
+        return voxel_read(layer == KD_LAYER_STATIC ? svo->masks : svo->moving, 0, bytes);
+    uint32_t *none = calloc(svo->layer_words, 4);
+    assert_non_null(none);
+    return none;
 }
 
 static inline uint32_t *voxel_read_union(voxel_world *v)

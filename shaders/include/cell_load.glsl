@@ -3,14 +3,14 @@
 #include "shaders/include/rank.glsl"
 #include "shaders/include/cell_attributes.glsl"
 
-layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };         // static, then dynamic layer
-layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };         // of the dynamic layer
+layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };         // of the static layer
+layout(std430, binding = 2) readonly buffer moving_block { uint moving[]; };       // of the dynamic layer, then its ranks
 layout(std430, binding = 3) readonly buffer surface_block { uvec2 static_surface[]; };  // of static cells, beside their leaves
 layout(std430, binding = 4) readonly buffer emission_block { uvec2 static_emission[]; };
 layout(std430, binding = 5) readonly buffer dynamic_block { uvec4 dynamic_cells[]; };
 
 // Attributes of the leaf at `slot` with mask bit `code`; weight 0 when it is empty. layer_words: of a layer's mask,
-// dynamic_room: dynamic cells in use.
+// dynamic_room: dynamic cells in use; 0 when nothing moves.
 cell_attributes cell_load(uint slot, uint code, uint layer_words, uint dynamic_room)
 {
     cell_attributes a;
@@ -19,11 +19,11 @@ cell_attributes cell_load(uint slot, uint code, uint layer_words, uint dynamic_r
     a.weight = 0u;
     a.area = 0.0;
     uint word = code >> 5, bit = 1u << (code & 31u);
-    uint s = masks[word], d = masks[layer_words + word];
+    uint s = masks[word], d = dynamic_room != 0u ? moving[word] : 0u;
     if ((s & bit) != 0u)
         a = cell_attributes_unpack(uvec4(static_surface[slot], static_emission[slot]));
     if ((d & bit) != 0u) {
-        uint rank = rank_below(ranks[word], d, code);
+        uint rank = rank_below(moving[layer_words + word], d, code);
         if (rank < dynamic_room)
             a = cell_attributes_merge(a, cell_attributes_unpack(dynamic_cells[rank]));
     }

@@ -3,8 +3,9 @@ layout(local_size_x = 64) in;
 
 #include "shaders/include/linear.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words of a layer's mask
-layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; }; // static, then dynamic layer
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words of a layer's mask, y: 1 when something moves
+layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };   // of the static layer
+layout(std430, binding = 3) readonly buffer moving_block { uint moving[]; }; // of the dynamic one
 layout(std430, binding = 2) buffer changes_block { uint changes[]; };      // changed, then occupied now
 
 void main()
@@ -12,7 +13,7 @@ void main()
     uint word = linear_index();
     if (word >= pass.x)
         return;
-    uint now = masks[word] | masks[pass.x + word];
+    uint now = masks[word] | (pass.y != 0u ? moving[word] : 0u);
     changes[word] = now ^ changes[pass.x + word];
     changes[pass.x + word] = now;
 }

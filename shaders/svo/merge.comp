@@ -7,9 +7,9 @@ layout(local_size_x = 64) in;
 #include "shaders/include/svo_book.glsl"
 #include "shaders/include/linear.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words of parents, y: first of their mask, z: sparse levels, w: patches; unused without KD_STALE
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 layers; }; // x: words of parents, y: first of their mask, z: sparse levels, w: patches; layers.x: 0 when nothing moves
 layout(std430, binding = 1) buffer static_block { uint mask_static[]; };
-layout(std430, binding = 2) readonly buffer dynamic_block { uint mask_dynamic[]; };
+layout(std430, binding = 2) readonly buffer dynamic_block { uint mask_dynamic[]; }; // then ranks
 layout(std430, binding = 3) writeonly buffer parents_block { uint parents[]; };
 layout(std430, binding = 4) buffer touched_block { uint touched[]; }; // bits of parents; then those with dynamic cells
 #ifdef KD_STALE
@@ -73,7 +73,7 @@ void main()
 #else
         uint still = mask_static[word * 8u + i];
 #endif
-        uint bits = mask_dynamic[word * 8u + i];
+        uint bits = layers.x != 0u ? mask_dynamic[word * 8u + i] : 0u;
         moving |= parents_of(bits) << (4u * i);
         joined |= parents_of(bits | still) << (4u * i);
     }

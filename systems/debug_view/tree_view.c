@@ -16,7 +16,7 @@ typedef struct tree_view {
 static void bind_cells(kd_gpu *gpu, const kd_svo *svo)
 {
     kd_gpu_bind_storage(gpu, 1, svo->masks);
-    kd_gpu_bind_storage(gpu, 2, svo->ranks);
+    kd_gpu_bind_storage(gpu, 2, svo->moving);
     kd_gpu_bind_storage(gpu, 3, svo->static_surface);
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
     kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);

@@ -24,7 +24,7 @@ void lighting_bind_leaves(kd_gpu *gpu, const kd_svo *svo)
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->masks);
-    kd_gpu_bind_storage(gpu, 2, svo->ranks);
+    kd_gpu_bind_storage(gpu, 2, svo->moving);
     kd_gpu_bind_storage(gpu, 3, svo->static_surface);
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
     kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);

@@ -58,7 +58,7 @@ static void finish(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     kd_gpu_bind_storage(gpu, 2, svo->leaves);
     kd_gpu_bind_storage(gpu, 3, svo->static_surface);
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
-    kd_gpu_bind_storage_range(gpu, 5, svo->masks, 0, (size_t)svo->layer_words * 4);
+    kd_gpu_bind_storage(gpu, 5, svo->masks);
     kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_dispatch_indirect(gpu, state->programs[SVO_TAKEN_PACK], svo->counters, KD_ARGS_ALL * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);

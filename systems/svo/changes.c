@@ -4,7 +4,7 @@
 void svo_note_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo, bool changed)
 {
     size_t layer = (size_t)svo->layer_words * 4;
-    uint32_t pass[4] = {svo->layer_words, 0, 0, 0};
+    uint32_t pass[4] = {svo->layer_words, svo->has_moving, 0, 0};
     if (!svo->wants_changes)
         return;
     if (!svo->changes.id) {
@@ -25,5 +25,6 @@ void svo_note_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo, bool cha
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 1, svo->masks);
     kd_gpu_bind_storage(gpu, 2, svo->changes);
+    kd_gpu_bind_storage(gpu, 3, svo->moving);
     kd_gpu_dispatch_linear(gpu, state->programs[SVO_CHANGES], (svo->layer_words + 63) / 64);
 }

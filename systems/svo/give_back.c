@@ -195,6 +195,8 @@ void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sc
         cut(gpu, &svo->sums, &svo->sum_capacity, &state->sums, KD_SUM_WORDS * 4, "svo.sums");
     if (spare(&state->fresh, svo->fresh_words) && !scene->static_changed)
         cut(gpu, &svo->fresh, &svo->fresh_words, &state->fresh, 8, "svo.fresh");
+    if (state->still_runs > QUIET)
+        svo_reserve_moving(gpu, svo, false);
     if (spare(&state->dynamic, svo->dynamic_capacity))
         cut(gpu, &svo->dynamic_cells, &svo->dynamic_capacity, &state->dynamic, 16, "svo.dynamic_cells");
     if (scene->build != KD_SVO_BUILD_ORDERFREE)

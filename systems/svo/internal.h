@@ -43,7 +43,13 @@ typedef enum svo_program {
 } svo_program;
 
 /* Messages that are written once. */
-enum { SVO_SAID_SUMS = 1, SVO_SAID_DYNAMIC = 2, SVO_SAID_NODES = 4, SVO_SAID_TAKEN = 8 };
+enum {
+    SVO_SAID_SUMS = 1,
+    SVO_SAID_DYNAMIC = 2,
+    SVO_SAID_NODES = 4,
+    SVO_SAID_TAKEN = 8,
+    SVO_SAID_MOVING = 16
+};
 #define svo_say_once(state, what, ...)                                                                       \
     do {                                                                                                     \
         if (!((state)->said & (uint32_t)(what)))                                                             \
@@ -67,6 +73,7 @@ typedef struct svo_state {
     bool dynamic_before; /* there were dynamic voxels in the frame before */
     uint32_t said;       /* SVO_SAID_*: messages that were written */
     svo_room nodes, sums, fresh, dynamic;
+    uint32_t still_runs; /* for which nothing has moved */
     uint64_t bytes_build;
 } svo_state;
 
@@ -81,6 +88,10 @@ kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes);
 /** Make room for the sums of so many cells, and for so many cells of the dynamic layer. */
 kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
 kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
+
+/** Make room for bits and ranks of the dynamic layer's cells, or give it back. Errors KD_GPU, KD_NO_MEMORY:
+ * as it was */
+kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted);
 
 /** Make room for the masks of so many words of stale patches. */
 kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words);

@@ -30,15 +30,13 @@ static void accumulate_dynamic(kd_gpu *gpu, svo_state *state, const kd_svo *svo,
                                const uint32_t pass[4])
 {
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
-    size_t layer_bytes = (size_t)svo->layer_words * 4;
     kd_gpu_bind_uniform(gpu, 0, pass, 16);
     kd_gpu_bind_storage(gpu, 0, pages->segments);
     kd_gpu_bind_storage(gpu, 1, scene->object_params);
     kd_gpu_bind_storage(gpu, 2, scene->cache_shape);
     kd_gpu_bind_storage(gpu, 3, scene->cache_color);
     kd_gpu_bind_storage(gpu, 4, pages->voxels);
-    kd_gpu_bind_storage_range(gpu, 5, svo->masks, layer_bytes, layer_bytes);
-    kd_gpu_bind_storage(gpu, 6, svo->ranks);
+    kd_gpu_bind_storage(gpu, 5, svo->moving);
     kd_gpu_bind_storage(gpu, 7, svo->sums);
     kd_gpu_dispatch(gpu, state->programs[SVO_ACCUMULATE], KD_SEGMENT_VOXELS / GROUP,
                     pages->page_count * KD_PAGE_SEGMENTS, 1);
@@ -90,12 +88,12 @@ static void settle_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_
 
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    if (!scene->pages[KD_LAYER_DYNAMIC].segment_count) {
+    if (!scene->pages[KD_LAYER_DYNAMIC].segment_count || !svo->has_moving) {
         kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_DYNAMIC * 4, 4, 0);
         svo->dynamic_room = state->dynamic.wanted = 0;
         return;
     }
-    if (kd_gpu_rank_run(gpu, &state->rank, svo->masks, svo->layer_words, svo->layer_words, svo->ranks, 0,
+    if (kd_gpu_rank_run(gpu, &state->rank, svo->moving, 0, svo->layer_words, svo->moving, svo->layer_words,
                         svo->counters, KD_COUNT_DYNAMIC) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: moving voxels cannot be numbered; they are left out");
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
@@ -103,7 +101,8 @@ void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxe
     settle_dynamic(gpu, state, svo, scene);
     uint32_t cells = reserve_round(gpu, state, svo, svo->dynamic_room);
     for (uint32_t first = 0; cells && first < svo->dynamic_room; first += cells) {
-        uint32_t left = svo->dynamic_room - first, pass[4] = {first, left < cells ? left : cells, 0, 0};
+        uint32_t left = svo->dynamic_room - first;
+        uint32_t pass[4] = {first, left < cells ? left : cells, svo->layer_words, 0};
         svo_empty_sums(gpu, svo, pass[1]);
         accumulate_dynamic(gpu, state, svo, scene, pass);
         pack_dynamic(gpu, state, svo, pass);

@@ -75,12 +75,11 @@ static void merge_cells(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, 
                         bool stale)
 {
     uint32_t top = svo_levels(svo) - 1, words = svo->mask_words[top], patches = scene->stale_patch_count;
-    uint32_t pass[4] = {words, svo->mask_first[top], svo_levels(svo), stale ? patches : 0};
-    size_t layer_bytes = (size_t)svo->layer_words * 4;
+    uint32_t pass[8] = {words, svo->mask_first[top], svo_levels(svo), patches, svo->has_moving};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage_range(gpu, 1, svo->masks, 0, layer_bytes);
-    kd_gpu_bind_storage_range(gpu, 2, svo->masks, layer_bytes, layer_bytes);
+    kd_gpu_bind_storage(gpu, 1, svo->masks);
+    kd_gpu_bind_storage(gpu, 2, svo->moving);
     kd_gpu_bind_storage(gpu, 3, svo->level_masks[svo->current]);
     kd_gpu_bind_storage(gpu, 4, svo->touched);
     kd_gpu_bind_storage(gpu, 7, svo->book);

@@ -65,8 +65,8 @@ static kd_status make_buffers(kd_gpu *gpu, kd_svo *svo, uint32_t level_words)
         const char *name;
     } rows[] = {
         {&svo->uniform, sizeof(struct kd_tree_params), "tree.uniform"},
-        {&svo->masks, 2 * layer, "svo.masks"},
-        {&svo->ranks, layer, "svo.ranks"},
+        {&svo->masks, layer, "svo.masks"},
+        {&svo->moving, 4, "svo.moving"},
         {&svo->level_masks[0], (size_t)level_words * 4, "svo.level_masks"},
         {&svo->level_masks[1], (size_t)level_words * 4, "svo.level_masks"},
         {&svo->touched, 2 * top, "svo.touched"},
@@ -120,7 +120,7 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 {
     kd_gpu_buffer buffers[] = {
-        svo->changes,        svo->uniform,        svo->masks,   svo->ranks,          svo->fresh,
+        svo->changes,        svo->uniform,        svo->masks,   svo->moving,         svo->fresh,
         svo->level_masks[0], svo->level_masks[1], svo->touched, svo->diff,           svo->diff_ranks,
         svo->book,           svo->counters,       svo->sums,    svo->static_surface, svo->static_emission,
         svo->dynamic_cells,  svo->index,          svo->nodes,   svo->leaves,         svo->data};
@@ -235,6 +235,20 @@ kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells)
 kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words)
 {
     return reserve(gpu, &svo->fresh, &svo->fresh_words, words, 8, "svo.fresh");
+}
+
+kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted)
+{
+    kd_gpu_buffer made = {0};
+    if (svo->has_moving == wanted)
+        return KD_OK;
+    kd_status status = make_buffer(gpu, &made, wanted ? (size_t)svo->layer_words * 8 : 4, "svo.moving");
+    if (status)
+        return status;
+    kd_gpu_destroy_buffer(gpu, svo->moving);
+    svo->moving = made;
+    svo->has_moving = wanted;
+    return KD_OK;
 }
 
 kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells)

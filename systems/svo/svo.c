@@ -102,6 +102,12 @@ static void prepare(kd_system_context *context)
         svo->failed = true;
     }
     state->fresh.wanted = fresh_words;
+    bool moves = scene->pages[KD_LAYER_DYNAMIC].segment_count && scene->build == KD_SVO_BUILD_ORDERFREE;
+    state->still_runs = moves ? 0 : state->still_runs + 1;
+    if (svo->uniform.id && moves && svo_reserve_moving(context->gpu, svo, true) != KD_OK)
+        svo_say_once(state, SVO_SAID_MOVING,
+                     "octree: no memory for what moves; it stays dark; choose a smaller "
+                     "voxels.resolution");
     if (svo->uniform.id)
         svo_write_params(context->gpu, svo, scene);
 }
@@ -125,12 +131,13 @@ uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter)
 }
 
 /* What a cascade has whether or not anything is in it: dense cells in six directions and their index, the
- * bits of both layers' cells and of all levels, and the ranks of these. */
+ * bits of both layers' cells and of all levels, and the ranks of what moves. */
 static uint64_t empty_cascade_bytes(const kd_svo *svo)
 {
     const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE;
+    uint64_t layers = svo->has_moving ? 3 : 1;
     uint64_t words =
-        3ull * (svo->layer_words / svo->cascades) + 6ull * (svo->layer_words / svo->cascades / 8);
+        layers * (svo->layer_words / svo->cascades) + 6ull * (svo->layer_words / svo->cascades / 8);
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         words += 2ull * (svo->mask_words[l] / svo->cascades);
     return cells * (6u * 8 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS) * 4 + cells * 4;
@@ -251,20 +258,20 @@ static void fini(kd_system_context *context)
 
 static kd_status add_prepare(kd_schedule *s, svo_state *state)
 {
-    return kd_schedule_add(s,
-                           &(kd_system_desc){
-                               .name = "svo_prepare",
-                               .phase = KD_PHASE_VOXEL_IO,
-                               .where = KD_ON_GPU,
-                               .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_USES(kd_frame)},
-                               .resources = {{"tree.uniform", KD_USE_COPY_WRITE}},
-                               .run_if = kd_frame_needs_voxels,
-                               .no_commands = true,
-                               .run = prepare,
-                               .init = init,
-                               .fini = fini,
-                               .user = state,
-                           });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "svo_prepare",
+               .phase = KD_PHASE_VOXEL_IO,
+               .where = KD_ON_GPU,
+               .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_USES(kd_frame)},
+               .resources = {{"tree.uniform", KD_USE_COPY_WRITE}, {"svo.masks", KD_USE_COPY_WRITE}},
+               .run_if = kd_frame_needs_voxels,
+               .no_commands = true,
+               .run = prepare,
+               .init = init,
+               .fini = fini,
+               .user = state,
+           });
 }
 
 static kd_status add_build(kd_schedule *s, svo_state *state)

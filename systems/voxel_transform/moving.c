@@ -89,14 +89,13 @@ kd_status moving_transform(kd_system_context *context, moving_voxels *m, const k
     kd_gpu *gpu = context->gpu;
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
     bool marked = scene->build == KD_SVO_BUILD_ORDERFREE;
-    size_t mask_bytes = (size_t)svo->layer_words * 4;
     uint32_t slots = pages->page_count * KD_PAGE_SEGMENTS;
     kd_status status = reserve(gpu, m, slots);
     if (status)
         return status;
     list_groups(gpu, m, scene, slots);
     kd_gpu_bind_storage(gpu, 5, pages->voxels);
-    kd_gpu_bind_storage_range(gpu, 6, svo->masks, mask_bytes, mask_bytes);
+    kd_gpu_bind_storage(gpu, 6, svo->moving);
     kd_pose_access_bind(gpu, &m->pose, kd_singleton(context->world, kd_scene_store),
                         kd_singleton(context->world, kd_joint_palette), scene->cache_binding);
     kd_texel_view_bind(gpu, &m->record_view, KD_POSE_VIEWS, m->records, KD_RGBA32UI);

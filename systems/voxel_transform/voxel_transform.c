@@ -96,10 +96,11 @@ static void run(kd_system_context *context)
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     if (scene->static_changed)
         mark_static(gpu, state, scene, svo);
-    size_t mask_bytes = (size_t)svo->layer_words * 4;
-    kd_gpu_fill_buffer(gpu, svo->masks, mask_bytes, mask_bytes, 0);
+    bool takes = scene->build != KD_SVO_BUILD_ORDERFREE; /* and needs no bits */
+    if (svo->has_moving)
+        kd_gpu_fill_buffer(gpu, svo->moving, 0, (size_t)svo->layer_words * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    if (scene->pages[KD_LAYER_DYNAMIC].segment_count)
+    if (scene->pages[KD_LAYER_DYNAMIC].segment_count && (svo->has_moving || takes))
         transform_dynamic(context, state, scene, svo);
     else
         moving_rest(gpu, &state->moving);

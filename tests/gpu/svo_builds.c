@@ -124,9 +124,11 @@ static void put_cloud(voxel_world *v, const cloud *c, const svo_reference *r)
     pages->segment_count = c->slots;
     pages->voxel_count = c->count;
     pages->changed = true;
-    if (scene->build == KD_SVO_BUILD_ORDERFREE)
-        kd_gpu_write_buffer(voxel_gpu, svo->masks, (size_t)svo->layer_words * 4, r->masks[KD_LAYER_DYNAMIC],
+    if (scene->build == KD_SVO_BUILD_ORDERFREE) {
+        voxel_frame(v); /* makes room for the bits */
+        kd_gpu_write_buffer(voxel_gpu, svo->moving, 0, r->masks[KD_LAYER_DYNAMIC],
                             (size_t)svo->layer_words * 4);
+    }
     voxel_frame(v);
     pages->changed = false;
 }

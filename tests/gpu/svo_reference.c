@@ -23,11 +23,13 @@ static void assert_layers(voxel_world *v, const svo_reference *r)
     assert_int_equal(svo->layer_words, r->layer_words);
     for (uint32_t l = 0; l < KD_LAYER_COUNT; l++) {
         assert_int_equal(counts[l == KD_LAYER_STATIC ? KD_COUNT_STATIC : KD_COUNT_DYNAMIC], r->cell_count[l]);
-        assert_words("mask", svo->masks, l * r->layer_words, r->masks[l], r->layer_words);
+        uint32_t *mask = voxel_read_mask(v, (int)l);
+        assert_memory_equal(mask, r->masks[l], (size_t)r->layer_words * 4);
+        free(mask);
     }
     if (!r->cell_count[dynamic])
         return;
-    assert_words("ranks", svo->ranks, 0, r->ranks[dynamic], r->layer_words);
+    assert_words("ranks", svo->moving, svo->layer_words, r->ranks[dynamic], r->layer_words);
     assert_words("cells", svo->dynamic_cells, 0, r->cells[dynamic], (size_t)r->cell_count[dynamic] * 4);
 }
 

@@ -31,6 +31,18 @@ static bool bit_at(const uint32_t *words, uint32_t bit)
     return (words[bit >> 5] >> (bit & 31) & 1u) != 0;
 }
 
+/* Bits of the dynamic layer, then their ranks; zeros when nothing moves. */
+static uint32_t *read_moving(const dump *d, const kd_svo *svo)
+{
+    size_t bytes = (size_t)svo->layer_words * 8;
+    if (svo->has_moving)
+        return dump_read(d, svo->moving, 0, bytes);
+    uint32_t *none = calloc(1, bytes);
+    if (!none)
+        (void)kd_fail(KD_NO_MEMORY, "--dump: out of memory for %zu bytes", bytes);
+    return none;
+}
+
 /* ---- leaves ---- */
 
 typedef struct leaf_row {
@@ -50,12 +62,12 @@ static const dump_column leaf_columns[] = {
 
 /* All that leaves are made of, read back. */
 typedef struct leaf_source {
-    uint32_t *masks, *ranks, *codes, *surface, *emission, *cells, *leaves;
+    uint32_t *masks, *moving, *codes, *surface, *emission, *cells, *leaves;
 } leaf_source;
 
 static void free_leaves(leaf_source *s)
 {
-    uint32_t *held[] = {s->masks, s->ranks, s->codes, s->surface, s->emission, s->cells, s->leaves};
+    uint32_t *held[] = {s->masks, s->moving, s->codes, s->surface, s->emission, s->cells, s->leaves};
     for (size_t i = 0; i < sizeof held / sizeof *held; i++)
         free(held[i]);
 }
@@ -65,15 +77,15 @@ static bool read_leaves(const dump *d, const kd_svo *svo, leaf_source *s)
     size_t layer = (size_t)svo->layer_words * 4, slots = (size_t)svo->node_capacity * 8;
     uint32_t top = svo->leaf_level - 1 - KD_DENSE_LOG2;
     *s = (leaf_source){
-        .masks = dump_read(d, svo->masks, 0, 2 * layer),
-        .ranks = dump_read(d, svo->ranks, 0, layer),
+        .masks = dump_read(d, svo->masks, 0, layer),
+        .moving = read_moving(d, svo),
         .codes = dump_read(d, svo->book, (size_t)(&svo->places.codes.x)[top] * 4, slots / 2),
         .surface = dump_read(d, svo->static_surface, 0, slots * 8),
         .emission = dump_read(d, svo->static_emission, 0, slots * 8),
         .cells = dump_read(d, svo->dynamic_cells, 0, (size_t)svo->dynamic_room * 16),
         .leaves = dump_read(d, svo->leaves, 0, slots * 8),
     };
-    return s->masks && s->ranks && s->codes && s->surface && s->emission && s->cells && s->leaves;
+    return s->masks && s->moving && s->codes && s->surface && s->emission && s->cells && s->leaves;
 }
 
 /* Add a layer's cell to the row: means by weight, as light sees them. */
@@ -100,8 +112,8 @@ static void add_static(leaf_row *row, const leaf_source *s, uint32_t slot)
 
 static void add_dynamic(leaf_row *row, const leaf_source *s, const kd_svo *svo, uint32_t code)
 {
-    uint32_t word = s->masks[svo->layer_words + (code >> 5)], below = word & ((1u << (code & 31)) - 1);
-    uint32_t rank = s->ranks[code >> 5] + (uint32_t)__builtin_popcount(below);
+    uint32_t word = s->moving[code >> 5], below = word & ((1u << (code & 31)) - 1);
+    uint32_t rank = s->moving[svo->layer_words + (code >> 5)] + (uint32_t)__builtin_popcount(below);
     row->layers |= 2;
     if (rank < svo->dynamic_room)
         add_cell(row, s->cells + 4 * (size_t)rank);
@@ -110,7 +122,7 @@ static void add_dynamic(leaf_row *row, const leaf_source *s, const kd_svo *svo, 
 static void put_leaf(dump *d, const kd_voxel_scene *scene, const kd_svo *svo, const leaf_source *s,
                      uint32_t slot, uint32_t code)
 {
-    bool still = bit_at(s->masks, code), moving = bit_at(s->masks + svo->layer_words, code);
+    bool still = bit_at(s->masks, code), moving = bit_at(s->moving, code);
     const uint32_t *leaf = s->leaves + 2 * (size_t)slot;
     leaf_row row = {0};
     if (!still && !moving)
@@ -170,13 +182,14 @@ static const dump_column node_columns[] = {
 };
 
 typedef struct node_source {
-    uint32_t *masks, *codes, *nodes, *data;
+    uint32_t *masks, *moving, *codes, *nodes, *data;
     uint16_t *atlas;
 } node_source;
 
 static void free_nodes(node_source *s)
 {
     free(s->masks);
+    free(s->moving);
     free(s->codes);
     free(s->nodes);
     free(s->data);
@@ -188,7 +201,8 @@ static bool read_nodes(const dump *d, const kd_svo *svo, uint32_t levels, node_s
     size_t capacity = svo->node_capacity, inner = levels > 1 ? levels - 1 : 1;
     size_t slices = svo->cascades * 6 * KD_ATLAS_BLOCK + 6 * (KD_DENSE / 2);
     size_t atlas_bytes = (size_t)KD_DENSE * KD_DENSE * slices * 8;
-    *s = (node_source){.masks = dump_read(d, svo->masks, 0, (size_t)svo->layer_words * 8),
+    *s = (node_source){.masks = dump_read(d, svo->masks, 0, (size_t)svo->layer_words * 4),
+                       .moving = read_moving(d, svo),
                        .nodes = dump_read(d, svo->nodes, 0, inner * capacity * 32),
                        .data = dump_read(d, svo->data, 0, inner * capacity * 8),
                        .atlas = malloc(atlas_bytes)};
@@ -196,7 +210,7 @@ static bool read_nodes(const dump *d, const kd_svo *svo, uint32_t levels, node_s
         kd_gpu_read_texture(d->rig->gpu, svo->atlas, 0, s->atlas, atlas_bytes);
     else
         (void)kd_fail(KD_NO_MEMORY, "--dump: out of memory for %zu bytes", atlas_bytes);
-    return s->masks && s->nodes && s->data && s->atlas;
+    return s->masks && s->moving && s->nodes && s->data && s->atlas;
 }
 
 /* A dense cell from the atlas: depth by direction, and the mean of what these see. */
@@ -232,7 +246,7 @@ static void load_children(node_row *row, const node_source *s, const kd_svo *svo
         uint32_t leaf = code * 8 + k;
         if (!leaf_parent)
             row->children[k] = s->nodes[((size_t)l * svo->node_capacity + row->number) * 8 + k];
-        else if (bit_at(s->masks, leaf) || bit_at(s->masks + svo->layer_words, leaf))
+        else if (bit_at(s->masks, leaf) || bit_at(s->moving, leaf))
             row->children[k] = row->number * 8 + k;
         else
             row->children[k] = KD_EMPTY;
