@@ -9,6 +9,9 @@
  * are cut at an opacity of one half. */
 struct kd_material_params kd_material_params_make(const kd_store_material *material);
 
+/** Tell whether a material reflects or lets through light in other ways than metallic-roughness says. */
+bool kd_material_has_lobes(const kd_material_desc *desc);
+
 /** Bind a material's maps to KD_UNIT_BASE_COLOR … and its block to KD_BIND_MATERIAL. Threading: the GPU lane.
  */
 void kd_material_bind(kd_gpu *gpu, const kd_store_material *material);

@@ -11,9 +11,11 @@
  * bottom of the picture here and in kd_gi_targets; resolve turns it round. */
 typedef struct kd_gbuffer {
     kd_gpu_texture albedo, normal, material, emissive, depth;
+    kd_gpu_texture layers; /* id 0: no material of the scene has more than metallic-roughness */
     kd_gpu_target target;
     kd_gpu_texture blended; /* resource "blended", system blend. RGBA16F: rgb light of the blended surfaces in
                                front, a share of what is behind that they hide; id 0: none in this frame */
+    kd_gpu_texture blended_hidden; /* RGBA16F: the same share by colour; id 0: equal for all */
     uint32_t width, height;
 } kd_gbuffer;
 KD_COMPONENT_DECLARE(kd_gbuffer);

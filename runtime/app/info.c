@@ -29,6 +29,22 @@ static void print_meshes(const kd_model *m)
     }
 }
 
+static void print_lobes(const kd_material_desc *d)
+{
+    const kd_vec3 *c = &d->specular_color;
+    if (d->unlit)
+        printf(", unlit");
+    if (d->ior != 1.5f)
+        printf(", ior %.3g", (double)d->ior);
+    if (d->specular != 1 || c->x != 1 || c->y != 1 || c->z != 1)
+        printf(", specular %.3g (%.3g %.3g %.3g)", (double)d->specular, (double)c->x, (double)c->y,
+               (double)c->z);
+    if (d->clearcoat > 0)
+        printf(", clear coat %.3g of roughness %.3g", (double)d->clearcoat, (double)d->clearcoat_roughness);
+    if (d->transmission > 0)
+        printf(", transmission %.3g", (double)d->transmission);
+}
+
 static void print_materials(const kd_model *m)
 {
     static const char *const alpha[] = {"", ", mask", ", blend"};
@@ -41,6 +57,7 @@ static void print_materials(const kd_model *m)
         if (kd_vec3_length(d->emissive) > 0)
             printf(", emissive %.3g %.3g %.3g", (double)d->emissive.x, (double)d->emissive.y,
                    (double)d->emissive.z);
+        print_lobes(d);
         printf("\n");
     }
 }

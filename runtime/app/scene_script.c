@@ -52,12 +52,18 @@ static kd_material_desc material_of(const kd_script_material *said)
 {
     kd_material_desc m = kd_material_default();
     m.base_color = said->base_color;
-    m.alpha_mode = said->base_color.w < 1 ? KD_ALPHA_BLEND : KD_ALPHA_OPAQUE;
+    m.alpha_mode =
+        said->base_color.w < 1 || said->transmission > 0 ? KD_ALPHA_BLEND : KD_ALPHA_OPAQUE;
     m.metallic = said->metallic;
     m.roughness = said->roughness;
     m.emissive = said->emissive;
     m.double_sided = said->double_sided;
     m.unlit = said->unlit;
+    m.ior = said->ior;
+    m.specular = said->specular;
+    m.clearcoat = said->clearcoat;
+    m.clearcoat_roughness = said->clearcoat_roughness;
+    m.transmission = said->unlit ? 0 : said->transmission;
     return m;
 }
 
@@ -73,14 +79,15 @@ static kd_shape shape_of(const char *word)
 /* Register a shape with its material; equal ones share an entry, and so their mesh and its voxels. */
 static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, uint32_t *out)
 {
-    char key[320];
+    char key[512];
     const kd_script_mesh *s = &spawn->mesh;
     const kd_script_material *m = &spawn->material;
-    snprintf(key, sizeof key, "mesh:%s %a %a %a %u : %a %a %a %a %a %a %a %a %a %d%d", s->shape,
+    snprintf(key, sizeof key, "mesh:%s %a %a %a %u : %a %a %a %a %a %a %a %a %a %d%d %a %a %a %a %a", s->shape,
              (double)s->size.x, (double)s->size.y, (double)s->size.z, s->segments, (double)m->base_color.x,
              (double)m->base_color.y, (double)m->base_color.z, (double)m->base_color.w, (double)m->metallic,
              (double)m->roughness, (double)m->emissive.x, (double)m->emissive.y, (double)m->emissive.z,
-             m->double_sided, m->unlit);
+             m->double_sided, m->unlit, (double)m->ior, (double)m->specular, (double)m->clearcoat,
+             (double)m->clearcoat_roughness, (double)m->transmission);
     const app_loaded *known = app_scene_find_loaded(scene, key);
     if (known) {
         *out = known->model;

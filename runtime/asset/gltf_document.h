@@ -110,6 +110,10 @@ typedef struct gltf_material {
     double base_color[4], emissive[3], metallic, roughness, alpha_cutoff, emissive_strength;
     gltf_texture_use base_color_map, metallic_roughness_map, normal_map, occlusion_map, emissive_map;
     bool double_sided, unlit;
+    /* further ways to reflect, and the textures (or -1) that their factors are multiplied by */
+    double ior, specular, specular_color[3], clearcoat, clearcoat_roughness, transmission;
+    int specular_texture, specular_color_texture, clearcoat_texture, clearcoat_roughness_texture,
+        clearcoat_normal_texture, transmission_texture;
 } gltf_material;
 typedef struct gltf_texture {
     int sampler, source;

@@ -54,8 +54,7 @@ static kd_status load_image(gltf_loader *l, size_t index, kd_image *out)
     return KD_OK;
 }
 
-/* Give the model's index of a picture, loading it at first use. */
-static kd_status use_image(gltf_loader *l, size_t index, uint32_t *out)
+kd_status gltf_use_image(gltf_loader *l, size_t index, uint32_t *out)
 {
     if (l->image_of[index] == KD_NONE) {
         kd_image *images = (kd_image *)l->model->images; /* made by this step, const for readers */
@@ -104,7 +103,7 @@ static kd_status set_texture(gltf_loader *l, const gltf_texture_use *use, const 
     if (texture->source < 0 || (size_t)texture->source >= l->doc.image_count)
         return gltf_fail(l, KD_BAD_FORMAT, "there is no image %d (textures[%d]); export the model again",
                          texture->source, use->texture);
-    return use_image(l, (size_t)texture->source, &out->image);
+    return gltf_use_image(l, (size_t)texture->source, &out->image);
 }
 
 static kd_status load_texture(gltf_loader *l, const gltf_texture_use *use, size_t material, const char *map,
@@ -137,8 +136,7 @@ static kd_status load_texture(gltf_loader *l, const gltf_texture_use *use, size_
     return set_texture(l, use, where, out);
 }
 
-/* Bring a factor into its range; outside is a slip of the exporter that the picture survives. */
-static float factor(gltf_loader *l, size_t material, const char *name, double value, float low, float high)
+float gltf_factor(gltf_loader *l, size_t material, const char *name, double value, float low, float high)
 {
     float f = (float)value;
     if (f >= low && f <= high)
@@ -165,7 +163,7 @@ static kd_status load_maps(gltf_loader *l, const gltf_material *m, size_t index,
 
 static kd_status load_alpha(gltf_loader *l, const gltf_material *m, size_t index, kd_material_desc *out)
 {
-    out->alpha_cutoff = factor(l, index, "alphaCutoff", m->alpha_cutoff, 0, 1e9f);
+    out->alpha_cutoff = gltf_factor(l, index, "alphaCutoff", m->alpha_cutoff, 0, 1e9f);
     if (strcmp(m->alpha_mode, "MASK") == 0)
         out->alpha_mode = KD_ALPHA_MASK;
     else if (strcmp(m->alpha_mode, "BLEND") == 0)
@@ -186,21 +184,23 @@ static kd_status load_material(gltf_loader *l, size_t index, kd_material_desc *o
     out->name = gltf_name(l, m->name, "material", index);
     float color[4], emissive[3];
     for (int i = 0; i < 4; i++)
-        color[i] = factor(l, index, channels[i], m->base_color[i], 0, 1);
+        color[i] = gltf_factor(l, index, channels[i], m->base_color[i], 0, 1);
     out->base_color = (kd_vec4){color[0], color[1], color[2], color[3]};
-    out->metallic = factor(l, index, "metallicFactor", m->metallic, 0, 1);
-    out->roughness = factor(l, index, "roughnessFactor", m->roughness, 0, 1);
+    out->metallic = gltf_factor(l, index, "metallicFactor", m->metallic, 0, 1);
+    out->roughness = gltf_factor(l, index, "roughnessFactor", m->roughness, 0, 1);
     /* 1e9 times white outshines the sun's disc seen from space, and its products stay finite. */
-    float strength = factor(l, index, "emissiveStrength", m->emissive_strength, 0, 1e9f);
+    float strength = gltf_factor(l, index, "emissiveStrength", m->emissive_strength, 0, 1e9f);
     for (int i = 0; i < 3; i++)
-        emissive[i] = strength * factor(l, index, "emissiveFactor", m->emissive[i], 0, 1);
+        emissive[i] = strength * gltf_factor(l, index, "emissiveFactor", m->emissive[i], 0, 1);
     out->emissive = (kd_vec3){emissive[0], emissive[1], emissive[2]};
-    out->normal_scale = factor(l, index, "normalTexture.scale", m->normal_map.strength, -1e6f, 1e6f);
-    out->occlusion_strength = factor(l, index, "occlusionTexture.strength", m->occlusion_map.strength, 0, 1);
+    out->normal_scale = gltf_factor(l, index, "normalTexture.scale", m->normal_map.strength, -1e6f, 1e6f);
+    out->occlusion_strength = gltf_factor(l, index, "occlusionTexture.strength", m->occlusion_map.strength, 0, 1);
     out->double_sided = m->double_sided;
     out->unlit = m->unlit;
     kd_status status = load_alpha(l, m, index, out);
-    return status ? status : load_maps(l, m, index, out);
+    if (!status)
+        status = load_maps(l, m, index, out);
+    return status ? status : gltf_load_lobes(l, m, index, out);
 }
 
 kd_status gltf_load_materials(gltf_loader *l)

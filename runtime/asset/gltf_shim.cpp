@@ -136,6 +136,50 @@ template <typename Info> gltf_texture_use texture_use(const Info &from, double s
     return use;
 }
 
+const tinygltf::Value *extension(const tinygltf::Material &from, const char *name)
+{
+    auto it = from.extensions.find(name);
+    return it == from.extensions.end() ? nullptr : &it->second;
+}
+
+double factor(const tinygltf::Value *object, const char *name, double missing)
+{
+    return object ? number(*object, name, missing) : missing;
+}
+
+int texture_index(const tinygltf::Value *object, const char *name)
+{
+    const tinygltf::Value *info = object ? member(*object, name) : nullptr;
+    return info && info->IsObject() ? index(*info, "index", -2) : -1;
+}
+
+void copy_lobes(gltf_material &out, const tinygltf::Material &from)
+{
+    const auto *ior = extension(from, "KHR_materials_ior");
+    const auto *specular = extension(from, "KHR_materials_specular");
+    const auto *coat = extension(from, "KHR_materials_clearcoat");
+    const auto *transmission = extension(from, "KHR_materials_transmission");
+    const auto *color = specular ? member(*specular, "specularColorFactor") : nullptr;
+    out.ior = factor(ior, "ior", 1.5);
+    out.specular = factor(specular, "specularFactor", 1);
+    for (int i = 0; i < 3; i++)
+        out.specular_color[i] = 1;
+    if (color && (!color->IsArray() || color->ArrayLen() != 3))
+        throw malformed("KHR_materials_specular: 'specularColorFactor' is not a list of three numbers");
+    for (int i = 0; color && i < 3; i++)
+        if (color->Get(i).IsNumber())
+            out.specular_color[i] = color->Get(i).GetNumberAsDouble();
+    out.specular_texture = texture_index(specular, "specularTexture");
+    out.specular_color_texture = texture_index(specular, "specularColorTexture");
+    out.clearcoat = factor(coat, "clearcoatFactor", 0);
+    out.clearcoat_roughness = factor(coat, "clearcoatRoughnessFactor", 0);
+    out.clearcoat_texture = texture_index(coat, "clearcoatTexture");
+    out.clearcoat_roughness_texture = texture_index(coat, "clearcoatRoughnessTexture");
+    out.clearcoat_normal_texture = texture_index(coat, "clearcoatNormalTexture");
+    out.transmission = factor(transmission, "transmissionFactor", 0);
+    out.transmission_texture = texture_index(transmission, "transmissionTexture");
+}
+
 void copy_material(copier &to, gltf_material &out, const tinygltf::Material &from)
 {
     const auto &pbr = from.pbrMetallicRoughness;
@@ -158,6 +202,7 @@ void copy_material(copier &to, gltf_material &out, const tinygltf::Material &fro
     out.emissive_map = texture_use(from.emissiveTexture, 1);
     out.double_sided = from.doubleSided;
     out.unlit = from.extensions.count("KHR_materials_unlit") != 0;
+    copy_lobes(out, from);
 }
 
 void copy_accessor(gltf_accessor &out, const tinygltf::Accessor &from)

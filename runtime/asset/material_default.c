@@ -21,5 +21,8 @@ kd_material_desc kd_material_default(void)
         .emissive_map = no_texture(),
         .alpha_mode = KD_ALPHA_OPAQUE,
         .alpha_cutoff = 0.5f,
+        .ior = 1.5f,
+        .specular = 1,
+        .specular_color = {1, 1, 1},
     };
 }

@@ -24,7 +24,9 @@ bool kd_model_reads_extension(const char *name)
                                             "KHR_materials_unlit",     "KHR_draco_mesh_compression",
                                             "EXT_meshopt_compression", "EXT_texture_webp",
                                             "EXT_mesh_gpu_instancing", "KHR_node_visibility",
-                                            "KHR_materials_variants",  "KHR_animation_pointer"};
+                                            "KHR_materials_variants",  "KHR_animation_pointer",
+                                            "KHR_materials_ior",       "KHR_materials_specular",
+                                            "KHR_materials_clearcoat", "KHR_materials_transmission"};
     for (size_t i = 0; i < sizeof supported / sizeof *supported; i++)
         if (strcmp(name, supported[i]) == 0)
             return true;

@@ -47,6 +47,13 @@ typedef struct kd_material_desc {
     float alpha_cutoff;
     bool double_sided;
     bool unlit;
+    float ior;                            /* of dielectrics, 1 or more; 0 reflects everything */
+    float specular;                       /* of dielectrics: share of the reflection that is there, 0 to 1 */
+    kd_vec3 specular_color;               /* linear, times their reflection head-on */
+    float clearcoat, clearcoat_roughness; /* share covered by a coat of varnish of ior 1.5 */
+    float transmission; /* share of what enters a dielectric that leaves on its other side, tinted, instead of
+                           being scattered back; alpha_mode is KD_ALPHA_BLEND where it is not 0 */
+    bool alpha_ignored; /* the base colour's alpha says nothing: of transmissive materials that are opaque */
 } kd_material_desc;
 
 /* Triangles only: strips and fans are unrolled, points and lines dropped with a warning. Indices always

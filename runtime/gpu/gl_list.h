@@ -13,6 +13,7 @@
     X(BindTextureUnit, BINDTEXTUREUNIT)                                                                      \
     X(BindVertexArray, BINDVERTEXARRAY)                                                                      \
     X(BlendFuncSeparate, BLENDFUNCSEPARATE)                                                                  \
+    X(BlendFunci, BLENDFUNCI)                                                                                \
     X(BlitNamedFramebuffer, BLITNAMEDFRAMEBUFFER)                                                            \
     X(CheckNamedFramebufferStatus, CHECKNAMEDFRAMEBUFFERSTATUS)                                              \
     X(ClearNamedBufferSubData, CLEARNAMEDBUFFERSUBDATA)                                                      \

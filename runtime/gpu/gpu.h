@@ -235,7 +235,12 @@ void kd_gpu_dispatch_linear(kd_gpu *gpu, kd_gpu_program program, uint32_t groups
 void kd_gpu_dispatch_indirect(kd_gpu *gpu, kd_gpu_program program, kd_gpu_buffer args, size_t offset);
 
 typedef enum kd_cull { KD_CULL_BACK, KD_CULL_NONE, KD_CULL_FRONT } kd_cull;
-typedef enum kd_blend { KD_BLEND_NONE, KD_BLEND_ALPHA, KD_BLEND_ADD } kd_blend;
+typedef enum kd_blend {
+    KD_BLEND_NONE,
+    KD_BLEND_ALPHA,
+    KD_BLEND_ADD,
+    KD_BLEND_TINT /* target 0: colour + (1 - alpha) * what is there; target 1: the same, each colour its own alpha */
+} kd_blend;
 typedef struct kd_gpu_raster {
     kd_gpu_target target;         /* id 0: the window */
     uint32_t x, y, width, height; /* rectangle drawn to and cleared; width or height 0: the target's own */

@@ -37,6 +37,10 @@ static void set_cull_and_blend(kd_gpu *gpu, const kd_gpu_raster *raster)
         gpu->gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     else if (raster->blend == KD_BLEND_ADD)
         gpu->gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
+    else if (raster->blend == KD_BLEND_TINT) {
+        gpu->gl.BlendFunci(0, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+        gpu->gl.BlendFunci(1, GL_ONE, GL_ONE_MINUS_SRC_COLOR);
+    }
 }
 
 static void clear_color(kd_gpu *gpu, const gpu_target *target, const float color[4])

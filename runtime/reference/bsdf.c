@@ -1,4 +1,4 @@
-/* The metallic-roughness material: shaders/include/brdf.glsl, and directions drawn from it.
+/* The layered material: shaders/include/brdf.glsl, and directions drawn from it.
  * Source  glTF 2.0, appendix B; Dupuy and Benyoub 2023, Sampling Visible GGX Normals with Spherical Caps */
 
 #include <math.h>
@@ -38,24 +38,44 @@ kd_vec3 reference_cosine(float u, float v)
 
 /* ---- terms ---- */
 
-static float alpha_of(const reference_surface *s)
+static float alpha_of(float roughness)
 {
-    float r = fmaxf(s->roughness, (float)KD_BRDF_MIN_ROUGHNESS);
+    float r = fmaxf(roughness, (float)KD_BRDF_MIN_ROUGHNESS);
     return r * r;
 }
 
 static kd_vec3 f0_of(const reference_surface *s)
 {
-    const float dielectric = (float)KD_BRDF_DIELECTRIC_F0;
-    return (kd_vec3){dielectric + (s->albedo.x - dielectric) * s->metallic,
-                     dielectric + (s->albedo.y - dielectric) * s->metallic,
-                     dielectric + (s->albedo.z - dielectric) * s->metallic};
+    return (kd_vec3){s->f0.x + (s->albedo.x - s->f0.x) * s->metallic,
+                     s->f0.y + (s->albedo.y - s->f0.y) * s->metallic,
+                     s->f0.z + (s->albedo.z - s->f0.z) * s->metallic};
 }
 
-static kd_vec3 fresnel(kd_vec3 f0, float v_dot_h)
+static kd_vec3 fresnel(const reference_surface *s, float v_dot_h)
 {
+    kd_vec3 f0 = f0_of(s);
     float x = fminf(fmaxf(1 - v_dot_h, 0), 1), x2 = x * x, x5 = x2 * x2 * x;
-    return (kd_vec3){f0.x + (1 - f0.x) * x5, f0.y + (1 - f0.y) * x5, f0.z + (1 - f0.z) * x5};
+    float f90 = s->f90 + (1 - s->f90) * s->metallic;
+    return (kd_vec3){f0.x + (f90 - f0.x) * x5, f0.y + (f90 - f0.y) * x5, f0.z + (f90 - f0.z) * x5};
+}
+
+float reference_bsdf_coat(const reference_surface *s, float n_dot_v)
+{
+    const float f0 = (float)KD_BRDF_DIELECTRIC_F0;
+    float x = fminf(fmaxf(1 - n_dot_v, 0), 1), x2 = x * x;
+    return s->coat * (f0 + (1 - f0) * x2 * x2 * x);
+}
+
+/* What of the albedo is left under a layer that reflects f. */
+static kd_vec3 passed_on(kd_vec3 f, kd_vec3 albedo)
+{
+    return (kd_vec3){(1 - f.x) * albedo.x, (1 - f.y) * albedo.y, (1 - f.z) * albedo.z};
+}
+
+kd_vec3 reference_bsdf_tint(const reference_surface *s, float n_dot_v)
+{
+    float below = (1 - reference_bsdf_coat(s, n_dot_v)) * s->transmission * (1 - s->metallic);
+    return kd_vec3_scale(passed_on(fresnel(s, n_dot_v), s->albedo), below);
 }
 
 /* GGX. The sine comes from a cross product: 1 - cos^2 has no digits left where the lobe is narrow. */
@@ -79,34 +99,63 @@ static float visibility(float n_dot_l, float n_dot_v, float alpha)
     return 0.5f / fmaxf(n_dot_l * slope(n_dot_v, a2) + n_dot_v * slope(n_dot_l, a2), 1e-7f);
 }
 
-/* Probability of drawing from the specular lobe: its share of what is about to be reflected. A view from
- * behind the shading normal has no visible normals to draw from. */
-static float specular_choice(const reference_surface *s, float n_dot_v)
+/* Share of the light that enters the dielectric and is scattered back. */
+static float scattered(const reference_surface *s)
+{
+    return (1 - s->metallic) * (1 - s->transmission);
+}
+
+/* Probabilities of drawing from the lobes: their shares of what is about to be reflected. A view from behind
+ * the shading normal has no visible normals to draw from. */
+typedef struct lobe_choice {
+    float coat, specular; /* the rest is diffuse */
+} lobe_choice;
+
+static lobe_choice choose_lobes(const reference_surface *s, float n_dot_v)
 {
     if (s->lambert || n_dot_v <= 1e-4f)
-        return 0;
-    float specular = reference_luminance(fresnel(f0_of(s), n_dot_v));
-    float diffuse = reference_luminance(s->albedo) * (1 - s->metallic);
+        return (lobe_choice){0, 0};
+    float coat = reference_bsdf_coat(s, n_dot_v), under = 1 - coat;
+    float specular = under * reference_luminance(fresnel(s, n_dot_v));
+    float diffuse = under * reference_luminance(s->albedo) * scattered(s);
+    coat = coat > 0 ? fmaxf(coat / (coat + specular + diffuse), 0.1f) : 0;
     if (diffuse <= 0)
-        return 1;
-    return fminf(fmaxf(specular / (specular + diffuse), 0.1f), 0.9f);
+        return (lobe_choice){coat, 1 - coat};
+    return (lobe_choice){coat, (1 - coat) * fminf(fmaxf(specular / (specular + diffuse), 0.1f), 0.9f)};
 }
 
 /* ---- evaluation ---- */
 
-static void evaluate_specular(const reference_surface *s, kd_vec3 v, kd_vec3 l, float n_dot_l, float choice,
-                              reference_bsdf *out)
+/* One GGX lobe: its value without Fresnel's term, and the density of drawing l from its visible normals. */
+typedef struct lobe {
+    float value, pdf;
+} lobe;
+
+static lobe evaluate_lobe(kd_vec3 n, kd_vec3 h, float n_dot_l, float n_dot_v, float alpha)
 {
-    float n_dot_v = fmaxf(kd_vec3_dot(s->normal, v), 1e-4f), alpha = alpha_of(s);
+    float d = distribution(n, h, alpha);
+    return (lobe){d * visibility(n_dot_l, n_dot_v, alpha) * n_dot_l,
+                  d / (2 * (n_dot_v + slope(n_dot_v, alpha * alpha)))};
+}
+
+static void evaluate_lobes(const reference_surface *s, kd_vec3 v, kd_vec3 l, float n_dot_l, lobe_choice choice,
+                           reference_bsdf *out)
+{
+    float n_dot_v = fmaxf(kd_vec3_dot(s->normal, v), 1e-4f), coat = reference_bsdf_coat(s, n_dot_v);
     kd_vec3 h = kd_vec3_normalize(kd_vec3_add(v, l), s->normal);
-    kd_vec3 f = fresnel(f0_of(s), kd_vec3_dot(v, h));
-    float d = distribution(s->normal, h, alpha);
-    float diffuse = (1 - s->metallic) * n_dot_l / REFERENCE_PI;
-    out->specular = kd_vec3_scale(f, d * visibility(n_dot_l, n_dot_v, alpha) * n_dot_l);
-    out->diffuse = kd_vec3_scale(
-        (kd_vec3){(1 - f.x) * s->albedo.x, (1 - f.y) * s->albedo.y, (1 - f.z) * s->albedo.z}, diffuse);
-    float visible = d / (2 * (n_dot_v + slope(n_dot_v, alpha * alpha)));
-    out->pdf = choice * visible + (1 - choice) * n_dot_l / REFERENCE_PI;
+    kd_vec3 f = fresnel(s, kd_vec3_dot(v, h));
+    lobe base = evaluate_lobe(s->normal, h, n_dot_l, n_dot_v, alpha_of(s->roughness));
+    float below = scattered(s) * n_dot_l / REFERENCE_PI;
+    out->specular = kd_vec3_scale(f, base.value * (1 - coat));
+    out->diffuse = kd_vec3_scale(passed_on(f, s->albedo), below * (1 - coat));
+    out->pdf =
+        choice.specular * base.pdf + (1 - choice.specular - choice.coat) * n_dot_l / REFERENCE_PI;
+    if (coat <= 0)
+        return;
+    lobe over = evaluate_lobe(s->normal, h, n_dot_l, n_dot_v, alpha_of(s->coat_roughness));
+    float value = coat * over.value;
+    out->specular = kd_vec3_add(out->specular, (kd_vec3){value, value, value});
+    out->pdf += choice.coat * over.pdf;
 }
 
 void reference_bsdf_evaluate(const reference_surface *s, kd_vec3 v, kd_vec3 l, reference_bsdf *out)
@@ -120,7 +169,7 @@ void reference_bsdf_evaluate(const reference_surface *s, kd_vec3 v, kd_vec3 l, r
         out->pdf = n_dot_l / REFERENCE_PI;
         return;
     }
-    evaluate_specular(s, v, l, n_dot_l, specular_choice(s, kd_vec3_dot(s->normal, v)), out);
+    evaluate_lobes(s, v, l, n_dot_l, choose_lobes(s, kd_vec3_dot(s->normal, v)), out);
 }
 
 /* ---- sampling ---- */
@@ -138,8 +187,10 @@ bool reference_bsdf_sample(const reference_surface *s, kd_vec3 v, const float u[
 {
     float n_dot_v = kd_vec3_dot(s->normal, v);
     kd_vec3 local;
-    if (u[0] < specular_choice(s, n_dot_v)) {
-        kd_vec3 from = to_frame(s->normal, v), h = visible_normal(from, alpha_of(s), u[1], u[2]);
+    lobe_choice choice = choose_lobes(s, n_dot_v);
+    if (u[0] < choice.coat + choice.specular) {
+        float alpha = alpha_of(u[0] < choice.coat ? s->coat_roughness : s->roughness);
+        kd_vec3 from = to_frame(s->normal, v), h = visible_normal(from, alpha, u[1], u[2]);
         local = reference_mad(h, 2 * kd_vec3_dot(from, h), kd_vec3_scale(from, -1));
     } else {
         local = reference_cosine(u[1], u[2]);

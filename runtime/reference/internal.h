@@ -28,6 +28,8 @@ typedef struct reference_map {
     bool late_decode; /* interpolate the codes and decode the mean, as some renderers do */
 } reference_map;
 
+typedef struct reference_surface reference_surface;
+
 typedef struct reference_material {
     struct kd_material_params params;
     reference_map maps[5]; /* in order of KD_MAP_* */
@@ -43,6 +45,8 @@ typedef struct reference_attributes {
 
 void reference_material_make(const kd_scene_store *store, uint32_t number, bool lambert,
                              reference_material *out);
+/** Fill in all of a surface that its material says, but the normal. */
+void reference_material_at(const reference_material *m, const reference_attributes *a, reference_surface *out);
 /** Share of rays that a base colour's alpha stops. */
 float reference_opacity(const reference_material *m, float alpha);
 kd_vec4 reference_base_color(const reference_material *m, const reference_attributes *a);
@@ -156,16 +160,16 @@ typedef struct reference_hit {
  * `random` decides whether blended surfaces stop the ray. */
 bool reference_intersect(const reference_scene *scene, const reference_ray *ray, bool seen, uint32_t random,
                          reference_hit *hit);
-/** Share of light that passes from the origin to t_max. `shadow`: of a light, to which some objects cast no
- * shadow. */
-float reference_transmittance(const reference_scene *scene, const reference_ray *ray, bool shadow);
+/** Share of light that passes from the origin to t_max, by colour. `shadow`: of a light, to which some objects
+ * cast no shadow. */
+kd_vec3 reference_transmittance(const reference_scene *scene, const reference_ray *ray, bool shadow);
 /** Give an object's geometry the filters it needs. */
 void reference_filters_set(RTCGeometry geometry, const reference_scene *scene,
                            const reference_object *object);
 
 /* ---- a point of a surface ---- */
 
-typedef struct reference_surface {
+struct reference_surface {
     kd_vec3 position;
     kd_vec3 face;     /* of the triangle, on the side of the ray */
     kd_vec3 normal;   /* for shading, normal map applied, on the side of the ray */
@@ -176,7 +180,11 @@ typedef struct reference_surface {
     float opacity; /* share of rays that stop here */
     float error;   /* m, how far the position may be off */
     bool unlit, lambert;
-} reference_surface;
+    kd_vec3 f0;                  /* what the dielectric reflects head-on */
+    float f90;                   /* and at grazing view */
+    float coat, coat_roughness;  /* of a clear coat over all */
+    float transmission;          /* share of the dielectric's light that passes through */
+};
 
 /** Read the maps of a hit where another ray of the same pixel meets the triangle's plane: the mean over a
  * pixel then has its maps filtered, and its edges not. */
@@ -194,6 +202,10 @@ typedef struct reference_bsdf {
     float pdf;                 /* of reference_bsdf_sample choosing l, per steradian */
 } reference_bsdf;
 void reference_bsdf_evaluate(const reference_surface *s, kd_vec3 v, kd_vec3 l, reference_bsdf *out);
+/** Share of light that a surface's coat reflects, and so keeps from what lies below. */
+float reference_bsdf_coat(const reference_surface *s, float n_dot_v);
+/** What passes straight through a surface, of light along a view at the angle `n_dot_v` (cosine). */
+kd_vec3 reference_bsdf_tint(const reference_surface *s, float n_dot_v);
 /** Choose l. u: three numbers in 0 … 1. Returns false when nothing is reflected. */
 bool reference_bsdf_sample(const reference_surface *s, kd_vec3 v, const float u[3], kd_vec3 *l);
 /** A frame's vector x, y, z (z along n) in the world. */

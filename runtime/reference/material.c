@@ -125,9 +125,32 @@ kd_vec3 reference_emission(const reference_material *m, const reference_attribut
     return (kd_vec3){e->x * t.x, e->y * t.y, e->z * t.z};
 }
 
+static float clamp01(float x)
+{
+    return x > 0 ? (x < 1 ? x : 1) : 0;
+}
+
+void reference_material_at(const reference_material *m, const reference_attributes *a, reference_surface *out)
+{
+    const struct kd_material_params *p = &m->params;
+    kd_vec4 base = reference_base_color(m, a);
+    kd_vec2 mr = reference_metallic_roughness(m, a);
+    out->albedo = (kd_vec3){clamp01(base.x), clamp01(base.y), clamp01(base.z)};
+    out->opacity = reference_opacity(m, base.w);
+    out->metallic = clamp01(mr.x);
+    out->roughness = clamp01(mr.y);
+    out->unlit = p->surface.w > 0.5f;
+    out->shown = (kd_vec3){base.x, base.y, base.z};
+    out->f0 = (kd_vec3){p->specular.x, p->specular.y, p->specular.z};
+    out->f90 = p->specular.w;
+    out->coat = p->lobes.x;
+    out->coat_roughness = p->lobes.y;
+    out->transmission = p->lobes.z;
+}
+
 float reference_opacity(const reference_material *m, float alpha)
 {
-    if (m->alpha_mode == KD_ALPHA_OPAQUE)
+    if (m->alpha_mode == KD_ALPHA_OPAQUE || m->params.maps.w)
         return 1;
     if (m->alpha_mode == KD_ALPHA_MASK)
         return alpha < m->params.emissive.w ? 0 : 1;

@@ -77,7 +77,7 @@ static void gather_light(walk *w, const reference_surface *s, kd_vec3 v, float u
         reference_ray ray = {reference_leave(s, l.to_light), l.to_light, 0, end};
         w->out->rays++;
         if (end > 0)
-            l.irradiance = kd_vec3_scale(l.irradiance, reference_transmittance(w->scene, &ray, true));
+            l.irradiance = reference_mul(l.irradiance, reference_transmittance(w->scene, &ray, true));
     }
     if (w->depth == 0)
         w->out->direct = kd_vec3_add(w->out->direct, reference_mul(both, l.irradiance));
@@ -104,8 +104,8 @@ static void gather_emitter(walk *w, const reference_surface *s, kd_vec3 v, const
     kd_vec3 from = reference_leave(s, e.to_light), to = reference_mad(e.normal, e.error, e.position);
     reference_ray ray = {from, kd_vec3_sub(to, from), 0, 1};
     w->out->rays++;
-    float weight = reference_transmittance(w->scene, &ray, false) * power_heuristic(e.pdf, f.pdf) / e.pdf;
-    add_reflected(w, &f, kd_vec3_scale(e.radiance, weight));
+    kd_vec3 light = reference_mul(e.radiance, reference_transmittance(w->scene, &ray, false));
+    add_reflected(w, &f, kd_vec3_scale(light, power_heuristic(e.pdf, f.pdf) / e.pdf));
 }
 
 static void gather_sky(walk *w, const reference_surface *s, kd_vec3 v)
@@ -122,8 +122,9 @@ static void gather_sky(walk *w, const reference_surface *s, kd_vec3 v)
         return;
     reference_ray ray = {reference_leave(s, to_light), to_light, 0, INFINITY};
     w->out->rays++;
-    float weight = reference_transmittance(w->scene, &ray, false) * power_heuristic(pdf, f.pdf) / pdf;
-    add_reflected(w, &f, kd_vec3_scale(reference_sky_picture(w->scene, to_light), weight));
+    kd_vec3 light =
+        reference_mul(reference_sky_picture(w->scene, to_light), reference_transmittance(w->scene, &ray, false));
+    add_reflected(w, &f, kd_vec3_scale(light, power_heuristic(pdf, f.pdf) / pdf));
 }
 
 /* ---- one corner to the next ---- */
@@ -175,19 +176,52 @@ static void find_sky(walk *w, kd_vec3 l, float pdf)
     add_found(w, kd_vec3_add(w->scene->ambient, kd_vec3_scale(reference_sky_picture(w->scene, l), weight)));
 }
 
+/* The nearest surface that does not let the ray pass straight through. What a surface with transmission lets
+ * through is chosen by chance, as blended surfaces are; `weight` makes up for the tint and the choice. The ray
+ * moves on to the last surface. Returns whether there is one. */
+static bool meet(walk *w, reference_ray *ray, bool seen, uint32_t random, kd_vec3 *weight, reference_hit *hit,
+                 reference_surface *s)
+{
+    float behind = 0; /* metres of what the ray has passed */
+    for (uint32_t passed = 0; passed < DEEPEST; passed++) {
+        w->out->rays++;
+        if (!reference_intersect(w->scene, ray, seen, sampler_hash(random, passed), hit))
+            return false;
+        reference_surface_make(w->scene, hit, ray->direction, s);
+        float t = hit->t;
+        hit->t += behind;
+        if (s->transmission <= 0)
+            return true;
+        kd_vec3 tint = reference_bsdf_tint(s, -kd_vec3_dot(s->normal, ray->direction));
+        float chance = reference_largest(tint), draw = (float)(sampler_hash(~random, passed) >> 8) / 16777216.0f;
+        if (draw >= chance) {
+            *weight = kd_vec3_scale(*weight, 1 / (1 - chance));
+            return true;
+        }
+        *weight = kd_vec3_scale(reference_mul(*weight, tint), 1 / chance);
+        behind += t;
+        ray->t_max -= t;
+        ray->t_min = 0;
+        ray->origin = reference_leave(s, ray->direction);
+    }
+    return false;
+}
+
 /* What the way out of a corner meets: the sky, or a surface that may shine. Returns whether there is one. */
 static bool arrive(walk *w, reference_surface *s, kd_vec3 l, float pdf)
 {
     bool area = within(w, w->options->area_bounces);
     reference_ray ray = {reference_leave(s, l), l, 0, INFINITY};
     reference_hit hit;
-    w->out->rays++;
-    if (!reference_intersect(w->scene, &ray, false, sampler_hash(w->random, (uint32_t)w->depth), &hit)) {
+    kd_vec3 weight = {1, 1, 1};
+    bool met = meet(w, &ray, false, sampler_hash(w->random, (uint32_t)w->depth), &weight, &hit, s);
+    w->diffuse = reference_mul(w->diffuse, weight);
+    w->specular = reference_mul(w->specular, weight);
+    if (!met) {
         if (area)
             find_sky(w, l, pdf);
         return false;
     }
-    reference_surface_make(w->scene, &hit, l, s);
     if (area && !reference_is_black(s->emission))
         add_found(
             w, kd_vec3_scale(s->emission, power_heuristic(pdf, reference_emitter_pdf(w->scene, &hit, s, l))));
@@ -247,21 +281,22 @@ void reference_path(const reference_scene *scene, const reference_options *optio
     float u[4];
     reference_hit hit;
     reference_surface s;
-    *out = (reference_sample){.ao = 1, .rays = 1};
+    kd_vec3 weight = {1, 1, 1};
+    *out = (reference_sample){.ao = 1};
     sampler_next(&w.sampler, u);
     w.random = sampler_number(&w.sampler);
     reference_ray ray = camera_ray(&scene->view, (float)x + (options->centre ? 0.5f : u[0]),
                                    (float)y + (options->centre ? 0.5f : u[1]));
-    if (!reference_intersect(scene, &ray, true, w.random ^ 0x5bd1e995u, &hit)) {
-        out->direct = reference_sky_radiance(scene, ray.direction);
+    if (!meet(&w, &ray, true, w.random ^ 0x5bd1e995u, &weight, &hit, &s)) {
+        out->direct = reference_mul(weight, reference_sky_radiance(scene, ray.direction));
         out->ao = 0; /* as the renderer shows what is not there */
         return;
     }
     if (options->centre) {
         reference_ray beside = camera_ray(&scene->view, (float)x + u[0], (float)y + u[1]);
         reference_hit_spread(scene, &beside, &hit);
+        reference_surface_make(scene, &hit, ray.direction, &s);
     }
-    reference_surface_make(scene, &hit, ray.direction, &s);
     out->albedo = s.unlit ? s.shown : s.albedo;
     out->normal = reference_mad(s.normal, 0.5f, (kd_vec3){0.5f, 0.5f, 0.5f});
     out->depth = hit.t * kd_vec3_dot(ray.direction, scene->view.forward_ws);
@@ -270,4 +305,7 @@ void reference_path(const reference_scene *scene, const reference_options *optio
         out->ao = openness(&w, &s);
     if (!s.unlit)
         follow(&w, &s, kd_vec3_scale(ray.direction, -1));
+    out->direct = reference_mul(out->direct, weight);
+    out->diffuse = reference_mul(out->diffuse, weight);
+    out->specular = reference_mul(out->specular, weight);
 }

@@ -10,13 +10,13 @@ typedef struct ray_context {
     struct RTCIntersectContext base;
     const reference_scene *scene;
     uint32_t random;
-    float transmittance;
+    kd_vec3 transmittance;
     bool shadow;
 } ray_context;
 
 static ray_context context_make(const reference_scene *scene)
 {
-    ray_context c = {.scene = scene, .transmittance = 1};
+    ray_context c = {.scene = scene, .transmittance = {1, 1, 1}};
     rtcInitIntersectContext(&c.base);
     return c;
 }
@@ -50,17 +50,37 @@ static void stop_by_opacity(const struct RTCFilterFunctionNArguments *args)
         args->valid[0] = 0;
 }
 
+/* What a surface lets through: all of what its opacity does not stop, and the tint of what it does. */
+static kd_vec3 passing(const reference_scene *scene, uint32_t object,
+                       const struct RTCFilterFunctionNArguments *args)
+{
+    const struct RTCHit *hit = (const struct RTCHit *)args->hit;
+    const struct RTCRay *ray = (const struct RTCRay *)args->ray;
+    const reference_object *o = &scene->objects[object];
+    const reference_material *m = &scene->materials[o->material];
+    if (m->params.lobes.z <= 0) {
+        float open = 1 - opacity_at(scene, object, hit);
+        return (kd_vec3){open, open, open};
+    }
+    reference_attributes a = reference_attributes_at(&o->mesh, hit->primID, hit->u, hit->v);
+    reference_surface s;
+    reference_material_at(m, &a, &s);
+    kd_vec3 n = {hit->Ng_x, hit->Ng_y, hit->Ng_z}, d = {ray->dir_x, ray->dir_y, ray->dir_z};
+    float cosine = fabsf(kd_vec3_dot(n, d)) / fmaxf(kd_vec3_length(n) * kd_vec3_length(d), 1e-30f);
+    kd_vec3 tint = kd_vec3_scale(reference_bsdf_tint(&s, cosine), s.opacity);
+    return (kd_vec3){1 - s.opacity + tint.x, 1 - s.opacity + tint.y, 1 - s.opacity + tint.z};
+}
+
 static void dim_by_opacity(const struct RTCFilterFunctionNArguments *args)
 {
     ray_context *c = (ray_context *)(void *)args->context;
-    const struct RTCHit *hit = (const struct RTCHit *)args->hit;
     uint32_t object = object_of(args);
     if (c->shadow && c->scene->objects[object].no_shadow) {
         args->valid[0] = 0;
         return;
     }
-    c->transmittance *= 1 - opacity_at(c->scene, object, hit);
-    if (c->transmittance > 0)
+    c->transmittance = reference_mul(c->transmittance, passing(c->scene, object, args));
+    if (!reference_is_black(c->transmittance))
         args->valid[0] = 0;
 }
 
@@ -133,12 +153,12 @@ bool reference_intersect(const reference_scene *scene, const reference_ray *r, b
     return true;
 }
 
-float reference_transmittance(const reference_scene *scene, const reference_ray *r, bool shadow)
+kd_vec3 reference_transmittance(const reference_scene *scene, const reference_ray *r, bool shadow)
 {
     ray_context c = context_make(scene);
     struct RTCRay q = ray_make(r);
     c.shadow = shadow && scene->any_no_shadow;
     c.base.filter = c.shadow ? pass_no_shadow : NULL;
     rtcOccluded1(scene->rays, &c.base, &q);
-    return q.tfar < 0 ? 0 : c.transmittance; /* Embree marks what is occluded by -infinity */
+    return q.tfar < 0 ? (kd_vec3){0, 0, 0} : c.transmittance; /* Embree marks what is occluded by -infinity */
 }

@@ -83,11 +83,6 @@ static kd_vec3 mapped_normal(const reference_object *o, const reference_hit *h, 
     return unit(bent, n);
 }
 
-static float clamp01(float x)
-{
-    return x > 0 ? (x < 1 ? x : 1) : 0;
-}
-
 static float extent(kd_vec3 p)
 {
     return fmaxf(fabsf(p.x), fmaxf(fabsf(p.y), fabsf(p.z)));
@@ -109,15 +104,8 @@ static void set_material(const reference_scene *scene, const reference_hit *h, b
     const reference_object *o = &scene->objects[h->object];
     const reference_material *m = &scene->materials[o->material];
     reference_attributes a = reference_attributes_at(&o->mesh, h->triangle, h->map_u, h->map_v);
-    kd_vec4 base = reference_base_color(m, &a);
-    kd_vec2 mr = reference_metallic_roughness(m, &a);
-    out->albedo = (kd_vec3){clamp01(base.x), clamp01(base.y), clamp01(base.z)};
-    out->opacity = reference_opacity(m, base.w);
-    out->metallic = clamp01(mr.x);
-    out->roughness = clamp01(mr.y);
-    out->unlit = m->params.surface.w > 0.5f;
+    reference_material_at(m, &a, out);
     out->lambert = scene->lambert;
-    out->shown = (kd_vec3){base.x, base.y, base.z};
     bool shines = m->emits && (front || m->params.maps.z || scene->lambert);
     out->emission = shines ? reference_emission(m, &a) : (kd_vec3){0, 0, 0};
     if (!scene->lambert)
@@ -154,6 +142,9 @@ void reference_surface_make(const reference_scene *scene, const reference_hit *h
     out->error = rounding(o, p);
     set_material(scene, h, front, out);
     out->normal = kd_vec3_scale(out->normal, side);
+    if (out->coat > 0)
+        out->emission =
+            kd_vec3_scale(out->emission, 1 - reference_bsdf_coat(out, -kd_vec3_dot(out->normal, direction)));
     out->face = kd_vec3_scale(face, side);
 }
 

@@ -40,6 +40,9 @@ typedef struct kd_script_material {
     float metallic, roughness; /* default 0 and 1 */
     kd_vec3 emissive;          /* radiance, linear */
     bool double_sided, unlit;
+    float ior, specular;                  /* default 1.5 and 1 */
+    float clearcoat, clearcoat_roughness; /* default 0 */
+    float transmission;                   /* default 0 */
 } kd_script_material;
 
 typedef struct kd_script_play {

@@ -81,11 +81,23 @@ static void read_mesh(lua_State *L, kd_script_mesh *mesh)
     lua_pop(L, 1);
 }
 
+static void read_lobes(lua_State *L, int table, kd_script_material *material)
+{
+    material->ior = (float)script_get_number(L, table, "material", "ior", 1.5, 1, 1000);
+    material->specular = (float)script_get_number(L, table, "material", "specular", 1, 0, 1);
+    material->clearcoat = (float)script_get_number(L, table, "material", "clearcoat", 0, 0, 1);
+    material->clearcoat_roughness =
+        (float)script_get_number(L, table, "material", "clearcoat_roughness", 0, 0, 1);
+    material->transmission = (float)script_get_number(L, table, "material", "transmission", 0, 0, 1);
+}
+
 static void read_material(lua_State *L, kd_script_material *material)
 {
-    static const char *const keys[] = {"base_color",   "metallic", "roughness", "emissive",
-                                       "double_sided", "unlit",    NULL};
-    *material = (kd_script_material){.base_color = {1, 1, 1, 1}, .roughness = 1};
+    static const char *const keys[] = {
+        "base_color", "metallic", "roughness", "emissive",            "double_sided", "unlit",
+        "ior",        "specular", "clearcoat", "clearcoat_roughness", "transmission", NULL};
+    *material =
+        (kd_script_material){.base_color = {1, 1, 1, 1}, .roughness = 1, .ior = 1.5f, .specular = 1};
     if (lua_getfield(L, 1, "material") != LUA_TNIL) {
         if (!lua_istable(L, -1))
             luaL_error(L, WHAT ".material must be a table such as { base_color = {1, 0, 0} }, not a %s",
@@ -105,6 +117,7 @@ static void read_material(lua_State *L, kd_script_material *material)
         script_get_floats(L, table, "material", "emissive", &material->emissive.x, 3);
         material->double_sided = script_get_bool(L, table, "material", "double_sided", false);
         material->unlit = script_get_bool(L, table, "material", "unlit", false);
+        read_lobes(L, table, material);
         const float *c = &material->base_color.x, *e = &material->emissive.x;
         for (int i = 0; i < 4; i++)
             if (c[i] < 0 || c[i] > 1)

@@ -2,6 +2,9 @@
 
 #include "shaders/include/material.glsl"
 #include "shaders/include/surface.glsl"
+#ifdef LAYERED
+#include "shaders/include/brdf.glsl"
+#endif
 
 in vec3 from_eye; /* world space, from the camera: precise where triangles are small in the picture */
 in vec3 normal_ws;
@@ -52,5 +55,15 @@ surface fragment_surface(vec4 base)
     s.roughness = metallic_roughness.y;
     s.emissive = s.unlit ? base.rgb : material_emissive(uv);
     s.occlusion = material_occlusion(uv);
+#ifdef LAYERED
+    s.f0 = kd_material.specular.rgb;
+    s.f90 = kd_material.specular.a;
+    s.coat = kd_material.lobes.x;
+    s.coat_roughness = kd_material.lobes.y;
+    s.transmission = kd_material.lobes.z;
+    s.traced_roughness = s.coat > 0.0 ? min(s.coat_roughness, s.roughness) : s.roughness;
+    if (!s.unlit)
+        s.emissive *= 1.0 - brdf_coat(s, clamp(-dot(s.normal_ws, normalize(from_eye)), 0.0, 1.0));
+#endif
     return s;
 }

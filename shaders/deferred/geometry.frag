@@ -1,4 +1,4 @@
-/* Writes the surface under a pixel into the G-buffer. MASKED: alpha test. */
+/* Writes the surface under a pixel into the G-buffer. MASKED: alpha test. LAYERED: more than metallic-roughness. */
 
 #include "shaders/deferred/fragment.glsl"
 
@@ -6,6 +6,9 @@ layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out uvec4 out_normal;
 layout(location = 2) out vec4 out_material;
 layout(location = 3) out vec4 out_emissive;
+#ifdef LAYERED
+layout(location = 4) out uvec4 out_layers;
+#endif
 
 void main()
 {
@@ -19,4 +22,7 @@ void main()
     out_normal = o.normal;
     out_material = o.material;
     out_emissive = o.emissive;
+#ifdef LAYERED
+    out_layers = o.layers;
+#endif
 }

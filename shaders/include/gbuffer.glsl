@@ -12,6 +12,9 @@ layout(binding = KD_UNIT_GBUFFER_NORMAL) uniform usampler2D gbuffer_normal;
 layout(binding = KD_UNIT_GBUFFER_MATERIAL) uniform sampler2D gbuffer_material;
 layout(binding = KD_UNIT_GBUFFER_EMISSIVE) uniform sampler2D gbuffer_emissive;
 layout(binding = KD_UNIT_GBUFFER_DEPTH) uniform sampler2D gbuffer_depth;
+#ifdef LAYERED
+layout(binding = KD_UNIT_GBUFFER_LAYERS) uniform usampler2D gbuffer_layers;
+#endif
 
 /* 1 where nothing was drawn. */
 float gbuffer_load_depth(ivec2 pixel) { return texelFetch(gbuffer_depth, pixel, 0).r; }
@@ -29,6 +32,9 @@ surface gbuffer_load(ivec2 pixel)
     o.normal = texelFetch(gbuffer_normal, pixel, 0);
     o.material = texelFetch(gbuffer_material, pixel, 0);
     o.emissive = texelFetch(gbuffer_emissive, pixel, 0);
+#ifdef LAYERED
+    o.layers = texelFetch(gbuffer_layers, pixel, 0);
+#endif
     surface s = surface_unpack(o);
     s.depth = gbuffer_load_depth(pixel);
     s.hit = s.depth < 1.0;

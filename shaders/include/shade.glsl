@@ -6,6 +6,7 @@
  * SHOW (KD_SHOW_*), DIRECTIONAL and LOCAL (kinds of light there are) are known when compiling: software
  * drivers run both sides of a branch, and a loop's body once even when it has nothing to do. */
 
+#include "shaders/shared/gather.h"
 #include "shaders/shared/resolve.h"
 #include "shaders/include/lights.glsl"
 #include "shaders/include/brdf.glsl"
@@ -44,6 +45,27 @@ vec3 indirect_diffuse(surface s, vec3 v, vec3 gathered)
     return brdf_diffuse_albedo(s) * max(1.0 - brdf_env_specular(s, v), 0.0) * gathered * s.occlusion;
 }
 
+#ifdef LAYERED
+/* One reflection is gathered, of the sharpest layer; rougher ones lie between it and light from all around. */
+vec3 blurred(vec3 diffuse, vec3 specular, float traced, float roughness)
+{
+    float t = (roughness - traced) / max(KD_GATHER_ROUGH - traced, 1e-3);
+    return mix(specular, diffuse, clamp(t, 0.0, 1.0));
+}
+
+float coat_share(surface s, vec3 v) { return brdf_coat(s, clamp(dot(s.normal_ws, v), 0.0, 1.0)); }
+
+vec3 indirect_specular(surface s, vec3 v, vec3 diffuse, vec3 specular)
+{
+    vec3 base = brdf_env_specular(s, v) * blurred(diffuse, specular, s.traced_roughness, s.roughness);
+    vec3 coat = brdf_env_coat(s, v) * blurred(diffuse, specular, s.traced_roughness, s.coat_roughness);
+    return (1.0 - coat_share(s, v)) * base + coat;
+}
+#else
+float coat_share(surface s, vec3 v) { return 0.0; }
+vec3 indirect_specular(surface s, vec3 v, vec3 diffuse, vec3 specular) { return brdf_env_specular(s, v) * specular; }
+#endif
+
 /* The light that the view shows, of a surface that is not unlit. */
 vec3 shade_light(surface s, vec3 v, vec3 diffuse, vec3 specular)
 {
@@ -51,10 +73,10 @@ vec3 shade_light(surface s, vec3 v, vec3 diffuse, vec3 specular)
         return direct_light(s, v);
     if (show == KD_SHOW_LIGHT)
         return direct_light(s, v) + diffuse * s.occlusion;
-    vec3 glossy = brdf_env_specular(s, v) * specular;
+    vec3 glossy = indirect_specular(s, v, diffuse, specular);
     if (show == KD_SHOW_SPECULAR)
         return glossy;
-    vec3 indirect = indirect_diffuse(s, v, diffuse) + glossy;
+    vec3 indirect = (1.0 - coat_share(s, v)) * indirect_diffuse(s, v, diffuse) + glossy;
     return show == KD_SHOW_INDIRECT ? indirect : indirect + direct_light(s, v);
 }
 

@@ -1,7 +1,8 @@
 /* Adds up what reaches the eye from each pixel: emission, light straight from the lights, and the gathered
  * light. Writes the radiance of the chosen view and, with LDR, its picture; row 0 on top.
  *
- * Beside what shade.glsl asks for, BLENDED says when compiling that there are blended surfaces in front. */
+ * Beside what shade.glsl asks for, BLENDED says when compiling that there are blended surfaces in front, TINTED
+ * that they let colours through unequally. */
 
 #include "shaders/resolve/screen.glsl"
 #include "shaders/include/gbuffer.glsl"
@@ -14,6 +15,9 @@ layout(binding = KD_UNIT_GI_DIFFUSE) uniform sampler2D gi_diffuse;
 layout(binding = KD_UNIT_GI_SPECULAR) uniform sampler2D gi_specular;
 #ifdef BLENDED
 layout(binding = KD_UNIT_BLENDED) uniform sampler2D blended; /* rgb: their light, a: share that they hide */
+#ifdef TINTED
+layout(binding = KD_UNIT_BLENDED_TINT) uniform sampler2D blended_hidden; /* rgb: the same by colour */
+#endif
 #endif
 layout(binding = 0, rgba16f) uniform writeonly image2D hdr_image;
 layout(binding = 1, rgba8) uniform writeonly image2D ldr_image;
@@ -28,8 +32,13 @@ vec4 gathered_diffuse(surface s, ivec2 pixel)
 }
 vec3 gathered_specular(surface s, ivec2 pixel)
 {
+#ifdef LAYERED
+    float roughness = s.traced_roughness;
+#else
+    float roughness = s.roughness;
+#endif
     return params.mode.z != 0u ? texelFetch(gi_specular, pixel, 0).rgb
-                               : sky_cone(reflect(view_direction(s.position_ws), s.normal_ws), s.roughness * s.roughness);
+                               : sky_cone(reflect(view_direction(s.position_ws), s.normal_ws), roughness * roughness);
 }
 
 vec3 background(ivec2 pixel)
@@ -48,7 +57,11 @@ void main()
     vec3 c = s.hit ? shade(s, gathered_diffuse(s, pixel), gathered_specular(s, pixel)) : background(pixel);
 #ifdef BLENDED
     vec4 front = texelFetch(blended, pixel, 0);
+#ifdef TINTED
+    c = front.rgb + (1.0 - texelFetch(blended_hidden, pixel, 0).rgb) * c;
+#else
     c = front.rgb + (1.0 - front.a) * c;
+#endif
 #endif
     c = min(c, vec3(65504.0));
     ivec2 top_down = ivec2(pixel.x, int(kd_view.size.y) - 1 - pixel.y);

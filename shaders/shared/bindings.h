@@ -31,6 +31,8 @@
 #define KD_UNIT_GI_SPECULAR 8
 #define KD_UNIT_GI_GUIDE 9     /* while gathering */
 #define KD_UNIT_BLENDED 9      /* in the picture's sum */
+#define KD_UNIT_GBUFFER_LAYERS 10
+#define KD_UNIT_BLENDED_TINT 11
 #define KD_UNIT_TREE_RADIANCE 10 /* sampler3D: the dense levels, six directions side by side */
 #define KD_UNIT_TREE_INDEX 11    /* usamplerBuffer: node of every dense cell */
 #define KD_UNIT_TREE_NODES 12    /* usamplerBuffer: node words of the sparse levels between dense cells and leaves */

@@ -42,12 +42,15 @@ struct kd_material_params {
     /* ---- 32 */
     vec4 surface;         /* x metallic, y roughness, z normal scale, w 1 when unlit */
     /* ---- 48 */
-    uvec4 maps;           /* bits KD_MAP_* in x; y: bits of maps that read uv1; z: 1 when double sided; w 0 */
+    uvec4 maps;           /* bits KD_MAP_* in x; y: bits of maps that read uv1; z: 1 when double sided; w: 1 when opacity is 1 */
     /* ---- 64 */
     vec4 uv_transform[10]; /* two rows (a b tx 0 / c d ty 0) for each of the five maps, in order of KD_MAP_* */
     /* ---- 224 */
+    vec4 specular;        /* rgb: what a dielectric reflects head-on, a: at grazing view */
+    vec4 lobes;           /* x clear coat, y its roughness, z transmission, w 0 */
+    /* ---- 256 */
 };
-KD_LAYOUT_CHECK(kd_material_params, 224)
+KD_LAYOUT_CHECK(kd_material_params, 256)
 #define KD_MAP_BASE_COLOR 1u
 #define KD_MAP_METALLIC_ROUGHNESS 2u
 #define KD_MAP_NORMAL 4u

@@ -40,6 +40,7 @@ fragment_surface fragment_load(uint triangle, vec3 bary)
     float area2 = length(cross(p1 - p0, p2 - p0));
     fragment_surface s;
     s.base_color = material.base_color * (bary.x * color_of(i0) + bary.y * color_of(i1) + bary.z * color_of(i2));
+    s.base_color.rgb *= 1.0 - material.lobes.z; // what passes through is not scattered back
     s.normal = bary.x * normal_of(i0) + bary.y * normal_of(i1) + bary.z * normal_of(i2);
     s.emission = 1.0;
     if ((material.maps.x & KD_MAP_BASE_COLOR) != 0u) {

@@ -22,16 +22,19 @@
 #include "systems/deferred/deferred.h"
 #include "systems/deferred/internal.h"
 
+enum { BLEND_TINTED = 4, BLEND_LAYERED = 8 };
+
 /* A program for the maps of a material, the view, the kinds of light and the depth of the octree. */
 typedef struct blend_variant {
-    uint32_t maps, show, kinds, sparse_levels; /* sparse_levels 0: no light is gathered */
+    uint32_t maps, show, sparse_levels; /* sparse_levels 0: no light is gathered */
+    uint32_t kinds; /* bits: directional lights, local lights, tinted, layered */
     kd_gpu_program program;
 } blend_variant;
 
 typedef struct blend_state {
     blend_variant *variants;
     uint32_t variant_count;
-    kd_gpu_texture texture;
+    kd_gpu_texture texture, hidden; /* hidden: shares by colour, where some surface tints */
     kd_gpu_target target;
     kd_gpu_texture depth; /* the G-buffer's, which the target holds too */
     uint32_t width, height;
@@ -50,22 +53,32 @@ static void destroy_target(kd_gpu *gpu, blend_state *s)
 {
     kd_gpu_destroy_target(gpu, s->target);
     kd_gpu_destroy_texture(gpu, s->texture);
+    kd_gpu_destroy_texture(gpu, s->hidden);
     s->target = (kd_gpu_target){0};
-    s->texture = (kd_gpu_texture){0};
+    s->texture = s->hidden = (kd_gpu_texture){0};
 }
 
-static void ensure_target(kd_gpu *gpu, blend_state *s, const kd_gbuffer *g)
+static kd_gpu_texture make_texture(kd_gpu *gpu, const kd_gbuffer *g, const char *name)
 {
-    if (s->texture.id != 0 && s->depth.id == g->depth.id && s->width == g->width && s->height == g->height)
+    return kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA16F,
+                                                           .width = g->width,
+                                                           .height = g->height,
+                                                           .filter = KD_NEAREST,
+                                                           .name = name});
+}
+
+static void ensure_target(kd_gpu *gpu, blend_state *s, const kd_gbuffer *g, bool tinted)
+{
+    if (s->texture.id != 0 && s->depth.id == g->depth.id && s->width == g->width && s->height == g->height &&
+        tinted == (s->hidden.id != 0))
         return;
     destroy_target(gpu, s);
-    s->texture = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.format = KD_RGBA16F,
-                                                                 .width = g->width,
-                                                                 .height = g->height,
-                                                                 .filter = KD_NEAREST,
-                                                                 .name = "blended"});
+    s->texture = make_texture(gpu, g, "blended");
+    if (tinted)
+        s->hidden = make_texture(gpu, g, "blended hidden");
     s->target = kd_gpu_make_target(
-        gpu, &(kd_gpu_target_desc){.color = {s->texture}, .depth = g->depth, .name = "blended"});
+        gpu,
+        &(kd_gpu_target_desc){.color = {s->texture, s->hidden}, .depth = g->depth, .name = "blended"});
     s->depth = g->depth;
     s->width = g->width;
     s->height = g->height;
@@ -126,12 +139,20 @@ static uint32_t collect(kd_system_context *context, blend_item *items)
     return count;
 }
 
+static bool tints(const kd_scene_store *store, const blend_item *items, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (store->materials[items[i].batch->material].desc.transmission > 0)
+            return true;
+    return false;
+}
+
 /* ---- drawing ---- */
 
 static kd_gpu_program make_program(kd_gpu *gpu, const blend_variant *v)
 {
     char maps[32], show[16], levels[32];
-    const char *defines[6] = {maps, show};
+    const char *defines[8] = {maps, show};
     int count = 2;
     snprintf(maps, sizeof maps, "MATERIAL_MAPS %u", v->maps);
     snprintf(show, sizeof show, "SHOW %uu", v->show);
@@ -140,6 +161,10 @@ static kd_gpu_program make_program(kd_gpu *gpu, const blend_variant *v)
         defines[count++] = "DIRECTIONAL";
     if (v->kinds & 2)
         defines[count++] = "LOCAL";
+    if (v->kinds & BLEND_TINTED)
+        defines[count++] = "TINTED";
+    if (v->kinds & BLEND_LAYERED)
+        defines[count++] = "LAYERED";
     if (v->sparse_levels > 0)
         defines[count] = levels;
     return kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.vertex = "shaders/deferred/geometry.vert",
@@ -208,7 +233,7 @@ static void draw_faces(kd_gpu *gpu, const blend_state *s, kd_gpu_program program
                                               .height = s->height,
                                               .depth_test = true,
                                               .cull = cull,
-                                              .blend = KD_BLEND_ALPHA});
+                                              .blend = s->hidden.id != 0 ? KD_BLEND_TINT : KD_BLEND_ALPHA});
     kd_gpu_draw_indexed(gpu, program, geometry, &draw->args);
 }
 
@@ -219,11 +244,13 @@ static void draw_items(kd_system_context *context, blend_state *s, const blend_i
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     kd_gpu_geometry geometry = deferred_geometry(store, list);
     blend_variant variant = frame_variant(context);
+    const uint32_t kinds = variant.kinds | (s->hidden.id != 0 ? BLEND_TINTED : 0u);
     bind_scene(context, variant.sparse_levels > 0);
     for (uint32_t i = 0; i < count; i++) {
         const kd_store_material *material = &store->materials[items[i].batch->material];
         const kd_draw *draw = &list->draws[items[i].draw];
         variant.maps = deferred_map_bits(material);
+        variant.kinds = kinds | (kd_material_has_lobes(&material->desc) ? BLEND_LAYERED : 0u);
         kd_gpu_program program = find_program(gpu, s, variant);
         kd_material_bind(gpu, material);
         kd_cull cull = deferred_cull(items[i].batch, material);
@@ -242,7 +269,7 @@ static void blend_run(kd_system_context *context)
     blend_state *s = context->user;
     kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
     const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
-    g->blended = (kd_gpu_texture){0};
+    g->blended = g->blended_hidden = (kd_gpu_texture){0};
     if (kd_frame_shows_voxels(kd_singleton(context->world, kd_frame)))
         return;
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
@@ -257,18 +284,20 @@ static void blend_run(kd_system_context *context)
     if (count == 0)
         return;
     sort_items(list, items, count);
-    ensure_target(gpu, s, g);
+    ensure_target(gpu, s, g, tints(store, items, count));
     kd_gpu_begin_raster(
         gpu,
         &(kd_gpu_raster){.target = s->target, .width = s->width, .height = s->height, .clear_color = true});
     draw_items(context, s, items, count);
     g->blended = s->texture;
+    g->blended_hidden = s->hidden;
 }
 
 static void blend_fini(kd_system_context *context)
 {
     blend_state *s = context->user;
-    kd_singleton(context->world, kd_gbuffer)->blended = (kd_gpu_texture){0};
+    kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
+    g->blended = g->blended_hidden = (kd_gpu_texture){0};
     destroy_target(context->gpu, s);
     for (uint32_t i = 0; i < s->variant_count; i++)
         kd_gpu_destroy_program(context->gpu, s->variants[i].program);

@@ -21,8 +21,9 @@
 enum { MAP_VARIANTS = 32 };
 
 typedef struct deferred_state {
-    kd_gpu_program programs[MAP_VARIANTS][2]; /* by KD_MAP_* bits; [1]: masked */
-    bool tried[MAP_VARIANTS][2];              /* a program that failed is not compiled again every frame */
+    kd_gpu_program programs[MAP_VARIANTS][4]; /* by KD_MAP_* bits; bit 0: masked, bit 1: layered */
+    bool tried[MAP_VARIANTS][4];              /* a program that failed is not compiled again every frame */
+    bool layered;                             /* since a material with lobes has been drawn */
     kd_gpu_buffer args;
     uint64_t drawn_triangles;
 } deferred_state;
@@ -45,13 +46,14 @@ static void destroy_gbuffer(kd_gpu *gpu, kd_gbuffer *g)
     kd_gpu_destroy_texture(gpu, g->material);
     kd_gpu_destroy_texture(gpu, g->emissive);
     kd_gpu_destroy_texture(gpu, g->depth);
+    kd_gpu_destroy_texture(gpu, g->layers);
     *g = (kd_gbuffer){0};
 }
 
 /* The formats are those that shaders/include/surface.glsl packs. */
-static void ensure_gbuffer(kd_gpu *gpu, kd_gbuffer *g, const kd_frame *frame)
+static void ensure_gbuffer(kd_gpu *gpu, kd_gbuffer *g, const kd_frame *frame, bool layered)
 {
-    if (g->width == frame->width && g->height == frame->height)
+    if (g->width == frame->width && g->height == frame->height && layered == (g->layers.id != 0))
         return;
     destroy_gbuffer(gpu, g);
     g->albedo = make_texture(gpu, KD_RGBA8, frame, "gbuffer albedo");
@@ -59,27 +61,44 @@ static void ensure_gbuffer(kd_gpu *gpu, kd_gbuffer *g, const kd_frame *frame)
     g->material = make_texture(gpu, KD_RGBA8, frame, "gbuffer material");
     g->emissive = make_texture(gpu, KD_RGBA16F, frame, "gbuffer emissive");
     g->depth = make_texture(gpu, KD_DEPTH32F, frame, "gbuffer depth");
+    if (layered)
+        g->layers = make_texture(gpu, KD_RGBA16UI, frame, "gbuffer layers");
     g->target = kd_gpu_make_target(
-        gpu, &(kd_gpu_target_desc){.color = {g->albedo, g->normal, g->material, g->emissive},
+        gpu, &(kd_gpu_target_desc){.color = {g->albedo, g->normal, g->material, g->emissive, g->layers},
                                    .depth = g->depth,
                                    .name = "gbuffer"});
     g->width = frame->width;
     g->height = frame->height;
 }
 
+/* Blended ones come last in the list and are drawn elsewhere. */
+static bool draws_lobes(const kd_draw_list *list, const kd_scene_store *store)
+{
+    for (uint32_t b = 0; b < list->batch_count && !deferred_is_blended(store, &list->batches[b]); b++)
+        if (kd_material_has_lobes(&store->materials[list->batches[b].material].desc))
+            return true;
+    return false;
+}
+
 static kd_gpu_program find_program(kd_gpu *gpu, deferred_state *s, uint32_t maps, bool masked)
 {
-    if (!s->tried[maps][masked]) {
+    uint32_t kind = (masked ? 1u : 0u) | (s->layered ? 2u : 0u);
+    if (!s->tried[maps][kind]) {
         char define[32];
         snprintf(define, sizeof define, "MATERIAL_MAPS %u", maps);
-        const char *defines[] = {define, masked ? "MASKED" : NULL, NULL};
-        s->programs[maps][masked] =
+        const char *defines[4] = {define};
+        int count = 1;
+        if (masked)
+            defines[count++] = "MASKED";
+        if (s->layered)
+            defines[count] = "LAYERED";
+        s->programs[maps][kind] =
             kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.vertex = "shaders/deferred/geometry.vert",
                                                             .fragment = "shaders/deferred/geometry.frag",
                                                             .defines = defines});
-        s->tried[maps][masked] = true;
+        s->tried[maps][kind] = true;
     }
-    return s->programs[maps][masked];
+    return s->programs[maps][kind];
 }
 
 /* Gather the arguments of the draws that touch the view, and how many of each batch; blended ones come last
@@ -151,7 +170,8 @@ static void geometry_run(kd_system_context *context)
     kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
     const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
-    ensure_gbuffer(gpu, g, kd_singleton(context->world, kd_frame));
+    s->layered = s->layered || draws_lobes(list, store);
+    ensure_gbuffer(gpu, g, kd_singleton(context->world, kd_frame), s->layered);
     begin_raster(gpu, g, KD_CULL_BACK, true);
     s->drawn_triangles = 0;
     if (list->draw_count == 0)
@@ -176,8 +196,8 @@ static void geometry_fini(kd_system_context *context)
 {
     deferred_state *s = context->user;
     destroy_gbuffer(context->gpu, kd_singleton(context->world, kd_gbuffer));
-    for (int i = 0; i < MAP_VARIANTS * 2; i++)
-        kd_gpu_destroy_program(context->gpu, s->programs[i / 2][i % 2]);
+    for (int i = 0; i < MAP_VARIANTS * 4; i++)
+        kd_gpu_destroy_program(context->gpu, s->programs[i / 4][i % 4]);
     kd_gpu_destroy_buffer(context->gpu, s->args);
     free(s);
 }

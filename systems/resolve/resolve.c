@@ -104,7 +104,7 @@ static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, b
 {
     char show[16];
     snprintf(show, sizeof show, "SHOW %uu", view);
-    const char *defines[6] = {show};
+    const char *defines[8] = {show};
     int count = 1;
     if (kinds & 1)
         defines[count++] = "DIRECTIONAL";
@@ -112,6 +112,10 @@ static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, b
         defines[count++] = "LOCAL";
     if (kinds & 4)
         defines[count++] = "BLENDED";
+    if (kinds & 8)
+        defines[count++] = "TINTED";
+    if (kinds & 16)
+        defines[count++] = "LAYERED";
     if (ldr)
         defines[count] = "LDR";
     return kd_gpu_make_program(
@@ -121,10 +125,12 @@ static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, b
 static kd_gpu_program find_program(kd_system_context *context, resolve_state *s)
 {
     const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
+    const kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
     uint32_t view = kd_singleton(context->world, kd_frame)->view;
     uint32_t kinds = (lighting->directional_count > 0 ? 1u : 0u) |
                      (lighting->light_count > lighting->directional_count ? 2u : 0u) |
-                     (kd_singleton(context->world, kd_gbuffer)->blended.id != 0 ? 4u : 0u);
+                     (g->blended.id != 0 ? 4u : 0u) | (g->blended_hidden.id != 0 ? 8u : 0u) |
+                     (g->layers.id != 0 ? 16u : 0u);
     bool ldr = !tonemap_is_late(context);
     resolve_variant *variant = &s->resolve[view][kinds][ldr];
     if (!variant->tried)
@@ -146,6 +152,10 @@ static void bind_scene(kd_system_context *context)
     kd_sky_bind(gpu, kd_singleton(context->world, kd_sky_light));
     if (g->blended.id != 0)
         kd_gpu_bind_texture(gpu, KD_UNIT_BLENDED, g->blended);
+    if (g->blended_hidden.id != 0)
+        kd_gpu_bind_texture(gpu, KD_UNIT_BLENDED_TINT, g->blended_hidden);
+    if (g->layers.id != 0)
+        kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_LAYERS, g->layers);
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
