@@ -52,8 +52,7 @@ static kd_material_desc material_of(const kd_script_material *said)
 {
     kd_material_desc m = kd_material_default();
     m.base_color = said->base_color;
-    m.alpha_mode =
-        said->base_color.w < 1 || said->transmission > 0 ? KD_ALPHA_BLEND : KD_ALPHA_OPAQUE;
+    m.alpha_mode = said->base_color.w < 1 || said->transmission > 0 ? KD_ALPHA_BLEND : KD_ALPHA_OPAQUE;
     m.metallic = said->metallic;
     m.roughness = said->roughness;
     m.emissive = said->emissive;
@@ -82,12 +81,13 @@ static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, ui
     char key[512];
     const kd_script_mesh *s = &spawn->mesh;
     const kd_script_material *m = &spawn->material;
-    snprintf(key, sizeof key, "mesh:%s %a %a %a %u : %a %a %a %a %a %a %a %a %a %d%d %a %a %a %a %a", s->shape,
-             (double)s->size.x, (double)s->size.y, (double)s->size.z, s->segments, (double)m->base_color.x,
-             (double)m->base_color.y, (double)m->base_color.z, (double)m->base_color.w, (double)m->metallic,
-             (double)m->roughness, (double)m->emissive.x, (double)m->emissive.y, (double)m->emissive.z,
-             m->double_sided, m->unlit, (double)m->ior, (double)m->specular, (double)m->clearcoat,
-             (double)m->clearcoat_roughness, (double)m->transmission);
+    snprintf(key, sizeof key, "mesh:%s %a %a %a %u : %a %a %a %a %a %a %a %a %a %d%d %a %a %a %a %a",
+             s->shape, (double)s->size.x, (double)s->size.y, (double)s->size.z, s->segments,
+             (double)m->base_color.x, (double)m->base_color.y, (double)m->base_color.z,
+             (double)m->base_color.w, (double)m->metallic, (double)m->roughness, (double)m->emissive.x,
+             (double)m->emissive.y, (double)m->emissive.z, m->double_sided, m->unlit, (double)m->ior,
+             (double)m->specular, (double)m->clearcoat, (double)m->clearcoat_roughness,
+             (double)m->transmission);
     const app_loaded *known = app_scene_find_loaded(scene, key);
     if (known) {
         *out = known->model;

@@ -95,7 +95,8 @@ const uint8_t *gltf_view_bytes(const gltf_loader *l, const gltf_view *view);
 
 /** Give the model's index of a picture, loading it at first use. Errors as gltf_load_materials */
 kd_status gltf_use_image(gltf_loader *l, size_t index, uint32_t *out);
-/** Bring a factor into its range; outside is a slip of the exporter that the picture survives, with a warning. */
+/** Bring a factor into its range; outside is a slip of the exporter that the picture survives, with a
+ * warning. */
 float gltf_factor(gltf_loader *l, size_t material, const char *name, double value, float low, float high);
 /** Read what extensions add to a material that is complete otherwise. Errors as gltf_load_materials */
 kd_status gltf_load_lobes(gltf_loader *l, const gltf_material *m, size_t material, kd_material_desc *out);

@@ -31,8 +31,9 @@ static kd_status apply_map(gltf_loader *l, size_t material, const lobe_map *map)
     if (map->texture == -1)
         return KD_OK;
     if (map->texture < 0 || (size_t)map->texture >= l->doc.texture_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no texture %d (materials[%zu].%s); export the model again",
-                         map->texture, material, map->name);
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "there is no texture %d (materials[%zu].%s); export the model again", map->texture,
+                         material, map->name);
     int source = l->doc.textures[map->texture].source;
     if (source == -1) {
         gltf_warn(l, "materials[%zu].%s: textures[%d] has no picture in a format that is read; left out",
@@ -40,8 +41,8 @@ static kd_status apply_map(gltf_loader *l, size_t material, const lobe_map *map)
         return KD_OK;
     }
     if (source < 0 || (size_t)source >= l->doc.image_count)
-        return gltf_fail(l, KD_BAD_FORMAT, "there is no image %d (textures[%d]); export the model again", source,
-                         map->texture);
+        return gltf_fail(l, KD_BAD_FORMAT, "there is no image %d (textures[%d]); export the model again",
+                         source, map->texture);
     uint32_t image;
     kd_status status = gltf_use_image(l, (size_t)source, &image);
     if (status)
@@ -98,7 +99,8 @@ kd_status gltf_load_lobes(gltf_loader *l, const gltf_material *m, size_t materia
     for (size_t i = 0; !status && i < sizeof maps / sizeof *maps; i++)
         status = apply_map(l, material, &maps[i]);
     if (m->clearcoat_normal_texture != -1)
-        gltf_warn(l, "materials[%zu].clearcoatNormalTexture is not read; the coat follows the surface under it",
+        gltf_warn(l,
+                  "materials[%zu].clearcoatNormalTexture is not read; the coat follows the surface under it",
                   material);
     out->specular_color = (kd_vec3){color[0], color[1], color[2]};
     if (!status)

@@ -194,7 +194,8 @@ static kd_status load_material(gltf_loader *l, size_t index, kd_material_desc *o
         emissive[i] = strength * gltf_factor(l, index, "emissiveFactor", m->emissive[i], 0, 1);
     out->emissive = (kd_vec3){emissive[0], emissive[1], emissive[2]};
     out->normal_scale = gltf_factor(l, index, "normalTexture.scale", m->normal_map.strength, -1e6f, 1e6f);
-    out->occlusion_strength = gltf_factor(l, index, "occlusionTexture.strength", m->occlusion_map.strength, 0, 1);
+    out->occlusion_strength =
+        gltf_factor(l, index, "occlusionTexture.strength", m->occlusion_map.strength, 0, 1);
     out->double_sided = m->double_sided;
     out->unlit = m->unlit;
     kd_status status = load_alpha(l, m, index, out);

@@ -239,7 +239,8 @@ typedef enum kd_blend {
     KD_BLEND_NONE,
     KD_BLEND_ALPHA,
     KD_BLEND_ADD,
-    KD_BLEND_TINT /* target 0: colour + (1 - alpha) * what is there; target 1: the same, each colour its own alpha */
+    KD_BLEND_TINT /* target 0: colour + (1 - alpha) * what is there; target 1: the same, each colour its own
+                     alpha */
 } kd_blend;
 typedef struct kd_gpu_raster {
     kd_gpu_target target;         /* id 0: the window */

@@ -244,7 +244,8 @@ void kd_gpu_blit_to_window(kd_gpu *gpu, kd_gpu_texture handle, uint32_t width, u
         return;
     }
     gpu->gl.NamedFramebufferTexture(gpu->blit_framebuffer, GL_COLOR_ATTACHMENT0, texture->gl, 0);
-    gpu->gl.BindFramebuffer(GL_FRAMEBUFFER, 0); /* Mesa learns of a window's new size only while it is bound */
+    gpu->gl.BindFramebuffer(GL_FRAMEBUFFER,
+                            0); /* Mesa learns of a window's new size only while it is bound */
     gpu->gl.Disable(GL_FRAMEBUFFER_SRGB);
     gpu->raster_ready = false;
     gpu->gl.BlitNamedFramebuffer(gpu->blit_framebuffer, 0, 0, 0, (GLint)texture->width,

@@ -138,8 +138,8 @@ static lobe evaluate_lobe(kd_vec3 n, kd_vec3 h, float n_dot_l, float n_dot_v, fl
                   d / (2 * (n_dot_v + slope(n_dot_v, alpha * alpha)))};
 }
 
-static void evaluate_lobes(const reference_surface *s, kd_vec3 v, kd_vec3 l, float n_dot_l, lobe_choice choice,
-                           reference_bsdf *out)
+static void evaluate_lobes(const reference_surface *s, kd_vec3 v, kd_vec3 l, float n_dot_l,
+                           lobe_choice choice, reference_bsdf *out)
 {
     float n_dot_v = fmaxf(kd_vec3_dot(s->normal, v), 1e-4f), coat = reference_bsdf_coat(s, n_dot_v);
     kd_vec3 h = kd_vec3_normalize(kd_vec3_add(v, l), s->normal);
@@ -148,8 +148,7 @@ static void evaluate_lobes(const reference_surface *s, kd_vec3 v, kd_vec3 l, flo
     float below = scattered(s) * n_dot_l / REFERENCE_PI;
     out->specular = kd_vec3_scale(f, base.value * (1 - coat));
     out->diffuse = kd_vec3_scale(passed_on(f, s->albedo), below * (1 - coat));
-    out->pdf =
-        choice.specular * base.pdf + (1 - choice.specular - choice.coat) * n_dot_l / REFERENCE_PI;
+    out->pdf = choice.specular * base.pdf + (1 - choice.specular - choice.coat) * n_dot_l / REFERENCE_PI;
     if (coat <= 0)
         return;
     lobe over = evaluate_lobe(s->normal, h, n_dot_l, n_dot_v, alpha_of(s->coat_roughness));

@@ -46,7 +46,8 @@ typedef struct reference_attributes {
 void reference_material_make(const kd_scene_store *store, uint32_t number, bool lambert,
                              reference_material *out);
 /** Fill in all of a surface that its material says, but the normal. */
-void reference_material_at(const reference_material *m, const reference_attributes *a, reference_surface *out);
+void reference_material_at(const reference_material *m, const reference_attributes *a,
+                           reference_surface *out);
 /** Share of rays that a base colour's alpha stops. */
 float reference_opacity(const reference_material *m, float alpha);
 kd_vec4 reference_base_color(const reference_material *m, const reference_attributes *a);
@@ -160,8 +161,8 @@ typedef struct reference_hit {
  * `random` decides whether blended surfaces stop the ray. */
 bool reference_intersect(const reference_scene *scene, const reference_ray *ray, bool seen, uint32_t random,
                          reference_hit *hit);
-/** Share of light that passes from the origin to t_max, by colour. `shadow`: of a light, to which some objects
- * cast no shadow. */
+/** Share of light that passes from the origin to t_max, by colour. `shadow`: of a light, to which some
+ * objects cast no shadow. */
 kd_vec3 reference_transmittance(const reference_scene *scene, const reference_ray *ray, bool shadow);
 /** Give an object's geometry the filters it needs. */
 void reference_filters_set(RTCGeometry geometry, const reference_scene *scene,
@@ -180,10 +181,10 @@ struct reference_surface {
     float opacity; /* share of rays that stop here */
     float error;   /* m, how far the position may be off */
     bool unlit, lambert;
-    kd_vec3 f0;                  /* what the dielectric reflects head-on */
-    float f90;                   /* and at grazing view */
-    float coat, coat_roughness;  /* of a clear coat over all */
-    float transmission;          /* share of the dielectric's light that passes through */
+    kd_vec3 f0;                 /* what the dielectric reflects head-on */
+    float f90;                  /* and at grazing view */
+    float coat, coat_roughness; /* of a clear coat over all */
+    float transmission;         /* share of the dielectric's light that passes through */
 };
 
 /** Read the maps of a hit where another ray of the same pixel meets the triangle's plane: the mean over a

@@ -122,8 +122,8 @@ static void gather_sky(walk *w, const reference_surface *s, kd_vec3 v)
         return;
     reference_ray ray = {reference_leave(s, to_light), to_light, 0, INFINITY};
     w->out->rays++;
-    kd_vec3 light =
-        reference_mul(reference_sky_picture(w->scene, to_light), reference_transmittance(w->scene, &ray, false));
+    kd_vec3 light = reference_mul(reference_sky_picture(w->scene, to_light),
+                                  reference_transmittance(w->scene, &ray, false));
     add_reflected(w, &f, kd_vec3_scale(light, power_heuristic(pdf, f.pdf) / pdf));
 }
 
@@ -177,8 +177,8 @@ static void find_sky(walk *w, kd_vec3 l, float pdf)
 }
 
 /* The nearest surface that does not let the ray pass straight through. What a surface with transmission lets
- * through is chosen by chance, as blended surfaces are; `weight` makes up for the tint and the choice. The ray
- * moves on to the last surface. Returns whether there is one. */
+ * through is chosen by chance, as blended surfaces are; `weight` makes up for the tint and the choice. The
+ * ray moves on to the last surface. Returns whether there is one. */
 static bool meet(walk *w, reference_ray *ray, bool seen, uint32_t random, kd_vec3 *weight, reference_hit *hit,
                  reference_surface *s)
 {
@@ -193,7 +193,8 @@ static bool meet(walk *w, reference_ray *ray, bool seen, uint32_t random, kd_vec
         if (s->transmission <= 0)
             return true;
         kd_vec3 tint = reference_bsdf_tint(s, -kd_vec3_dot(s->normal, ray->direction));
-        float chance = reference_largest(tint), draw = (float)(sampler_hash(~random, passed) >> 8) / 16777216.0f;
+        float chance = reference_largest(tint),
+              draw = (float)(sampler_hash(~random, passed) >> 8) / 16777216.0f;
         if (draw >= chance) {
             *weight = kd_vec3_scale(*weight, 1 / (1 - chance));
             return true;

@@ -140,8 +140,8 @@ kd_status kd_script_step(kd_script *script, double time_s, double dt_s);
 
 /** Tell whether the scenario has set this function of `kandil`. */
 bool kd_script_listens(const kd_script *script, kd_script_callback callback);
-/** Keep what happened for the next step, which begins by telling the scenario; of more than 256 between two steps
- * the oldest are dropped. */
+/** Keep what happened for the next step, which begins by telling the scenario; of more than 256 between two
+ * steps the oldest are dropped. */
 void kd_script_push_input(kd_script *script, const kd_script_input *input);
 
 /** Files that it was read from: the scenario, then its modules. */

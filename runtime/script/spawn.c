@@ -11,11 +11,11 @@
 
 #define WHAT "kandil.spawn"
 
-static const char *const own_keys[] = {"name",   "model", "mesh",   "material", "transform", "animation",
-                                       "parent", "light", "camera", "scene",    "variant",   "sky",
-                                       "sky_image", NULL};
+static const char *const own_keys[] = {"name",      "model",  "mesh",      "material", "transform",
+                                       "animation", "parent", "light",     "camera",   "scene",
+                                       "variant",   "sky",    "sky_image", NULL};
 /* keys that are no component here, or that the host fills */
-static const char *const host_keys[] = {"name",   "model", "mesh",    "material", "animation",
+static const char *const host_keys[] = {"name",   "model", "mesh",    "material",  "animation",
                                         "parent", "scene", "variant", "sky_image", NULL};
 
 uint64_t script_host_begin(lua_State *L)
@@ -94,10 +94,10 @@ static void read_lobes(lua_State *L, int table, kd_script_material *material)
 static void read_material(lua_State *L, kd_script_material *material)
 {
     static const char *const keys[] = {
-        "base_color", "metallic", "roughness", "emissive",            "double_sided", "unlit",
-        "ior",        "specular", "clearcoat", "clearcoat_roughness", "transmission", NULL};
-    *material =
-        (kd_script_material){.base_color = {1, 1, 1, 1}, .roughness = 1, .ior = 1.5f, .specular = 1};
+        "base_color",   "metallic", "roughness", "emissive",  "double_sided",
+        "unlit",        "ior",      "specular",  "clearcoat", "clearcoat_roughness",
+        "transmission", NULL};
+    *material = (kd_script_material){.base_color = {1, 1, 1, 1}, .roughness = 1, .ior = 1.5f, .specular = 1};
     if (lua_getfield(L, 1, "material") != LUA_TNIL) {
         if (!lua_istable(L, -1))
             luaL_error(L, WHAT ".material must be a table such as { base_color = {1, 0, 0} }, not a %s",

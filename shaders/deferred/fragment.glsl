@@ -1,10 +1,7 @@
 /* The surface under a pixel, from what geometry.vert hands on and the material. */
 
 #include "shaders/include/material.glsl"
-#include "shaders/include/surface.glsl"
-#ifdef LAYERED
 #include "shaders/include/brdf.glsl"
-#endif
 
 in vec3 from_eye; /* world space, from the camera: precise where triangles are small in the picture */
 in vec3 normal_ws;

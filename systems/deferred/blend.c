@@ -27,7 +27,7 @@ enum { BLEND_TINTED = 4, BLEND_LAYERED = 8 };
 /* A program for the maps of a material, the view, the kinds of light and the depth of the octree. */
 typedef struct blend_variant {
     uint32_t maps, show, sparse_levels; /* sparse_levels 0: no light is gathered */
-    uint32_t kinds; /* bits: directional lights, local lights, tinted, layered */
+    uint32_t kinds;                     /* bits: directional lights, local lights, tinted, layered */
     kd_gpu_program program;
 } blend_variant;
 
@@ -77,8 +77,7 @@ static void ensure_target(kd_gpu *gpu, blend_state *s, const kd_gbuffer *g, bool
     if (tinted)
         s->hidden = make_texture(gpu, g, "blended hidden");
     s->target = kd_gpu_make_target(
-        gpu,
-        &(kd_gpu_target_desc){.color = {s->texture, s->hidden}, .depth = g->depth, .name = "blended"});
+        gpu, &(kd_gpu_target_desc){.color = {s->texture, s->hidden}, .depth = g->depth, .name = "blended"});
     s->depth = g->depth;
     s->width = g->width;
     s->height = g->height;

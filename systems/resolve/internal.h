@@ -20,8 +20,8 @@ typedef struct resolve_variant {
 } resolve_variant;
 
 typedef struct resolve_state {
-    /* by view, kinds of light (bit 0 directional, bit 1 local) and of surfaces (bit 2: blended, bit 3: they tint,
-     * bit 4: layered) and whether the picture is made at once */
+    /* by view, kinds of light (bit 0 directional, bit 1 local) and of surfaces (bit 2: blended, bit 3: they
+     * tint, bit 4: layered) and whether the picture is made at once */
     resolve_variant resolve[KD_SHOW_COUNT][RESOLVE_KINDS][2];
     kd_gpu_program tonemap, luminance, exposure;
     kd_gpu_texture black;

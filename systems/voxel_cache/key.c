@@ -111,7 +111,9 @@ static bool hash_map(voxel_keys *keys, const kd_scene_store *store, const kd_tex
 static bool hash_material(voxel_keys *keys, const kd_scene_store *store, const kd_material_desc *m,
                           uint64_t *hash)
 {
-    const float cutoff = m->alpha_mode == KD_ALPHA_MASK ? m->alpha_cutoff : m->alpha_ignored ? -m->transmission : m->transmission;
+    const float cutoff = m->alpha_mode == KD_ALPHA_MASK ? m->alpha_cutoff
+                         : m->alpha_ignored             ? -m->transmission
+                                                        : m->transmission;
     const uint32_t how[2] = {m->alpha_mode, m->double_sided};
     *hash = hash_array(hash_array(hash_array(*hash, &m->base_color, sizeof m->base_color), how, sizeof how),
                        &cutoff, sizeof cutoff);

@@ -55,6 +55,28 @@ static void the_screen_shows_panes(void **state)
     assert_in_range(r->ldr[(60 * 160 + 80) * 4], 242, 244); /* 0.9 encodes to 243.4 */
 }
 
+/* Window glass of n = 1.5 reflects 4 % head-on; of the rest it lets its colour through, and a second pane of
+ * that again. What the pane is lit by is black, so that nothing else is seen. */
+static void tinted_panes_let_their_colour_through(void **state)
+{
+    render *r = *state;
+    kd_material_desc pane = kd_material_default(), white = lamp(1);
+    pane.base_color = (kd_vec4){0.5f, 0.8f, 1, 0}; /* the alpha of what is opaque says nothing */
+    pane.metallic = 0;
+    pane.transmission = 1;
+    pane.alpha_mode = KD_ALPHA_BLEND;
+    pane.alpha_ignored = true;
+    r->frame->gi = KD_GI_NONE;
+    add_plane(r, &white, 1, (kd_vec3){0, 0, 0});
+    add_plane(r, &pane, 1, (kd_vec3){0.5f, 0.5f, 0});
+    add_plane(r, &pane, 1, (kd_vec3){0.5f, 1, 0.5f});
+    render_top_camera(r, 1.2f);
+    render_frame(r, "tint");
+    render_expect(r, 62, 60, (kd_vec3){1, 1, 1}, 0.002f);
+    render_expect(r, 95, 45, (kd_vec3){0.48f, 0.768f, 0.96f}, 0.004f);
+    render_expect(r, 95, 70, (kd_vec3){0.48f * 0.48f, 0.768f * 0.768f, 0.96f * 0.96f}, 0.004f);
+}
+
 static void what_is_in_front_hides_panes(void **state)
 {
     render *r = *state;
@@ -149,6 +171,7 @@ int main(void)
         RENDER_TEST(half_a_pane_over_white_and_black),
         RENDER_TEST(the_screen_shows_panes),
         RENDER_TEST(what_is_in_front_hides_panes),
+        RENDER_TEST(tinted_panes_let_their_colour_through),
         cmocka_unit_test(panes_blend_the_same_in_any_order),
         RENDER_TEST(panes_are_lit),
         RENDER_TEST(both_sides_of_a_pane_are_seen),

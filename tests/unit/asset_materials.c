@@ -109,11 +109,80 @@ static void broken_pictures_are_refused(void **state)
     free(data);
 }
 
+/* A triangle of one material; the texture is the two pixels above: means of red 0.5, of blue 0.5, of alpha
+ * (128 + 255) / 510, and of the sRGB colours the same since 0 and 255 stand for 0 and 1. */
+static kd_model *load_lobes(const char *material, uint8_t *data, size_t size)
+{
+    char json[2048];
+    snprintf(json, sizeof json,
+             "{'asset':{'version':'2.0'},'nodes':[{'mesh':0}],'meshes':[{'primitives':[{'attributes':{'"
+             "POSITION':0},"
+             "'material':0}]}],'materials':[%s],'textures':[{'source':0}],"
+             "'images':[{'bufferView':1,'mimeType':'image/png'}],"
+             "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],'bufferViews':["
+             "{'buffer':0,'byteLength':36},{'buffer':0,'byteOffset':36,'byteLength':%zu}],"
+             "'buffers':[{'uri':'data.bin','byteLength':%zu}]}",
+             material, size, 36 + size);
+    return load_good(json, data, 36 + size);
+}
+
+static void further_ways_to_reflect_are_read(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_data(&size);
+    kd_model *m =
+        load_lobes("{'extensions':{'KHR_materials_ior':{'ior':2.5},"
+                   "'KHR_materials_specular':{'specularFactor':0.5,'specularColorFactor':[1,0.5,3],'"
+                   "specularTexture':{'index':0},"
+                   "'specularColorTexture':{'index':0}},"
+                   "'KHR_materials_clearcoat':{'clearcoatFactor':0.5,'clearcoatTexture':{'index':0},"
+                   "'clearcoatRoughnessFactor':0.25,'clearcoatNormalTexture':{'index':0}},"
+                   "'KHR_materials_transmission':{'transmissionFactor':0.75}}}",
+                   data, size);
+    const kd_material_desc *p = &m->materials[0];
+    NEAR(p->ior, 2.5f, 0);
+    NEAR(p->specular, 0.5f * 383 / 510, 1e-6f);
+    assert_vec3(p->specular_color, 0.5f, 0, 1.5f, 1e-6f);
+    NEAR(p->clearcoat, 0.25f, 1e-6f);
+    NEAR(p->clearcoat_roughness, 0.25f, 0);
+    NEAR(p->transmission, 0.75f, 0);
+    assert_true(p->alpha_mode == KD_ALPHA_BLEND && p->alpha_ignored);
+    assert_int_equal(m->warning_count, 4); /* three maps that stand for their mean, one that is not read */
+    kd_model_destroy(m);
+    free(data);
+}
+
+static void odd_ways_to_reflect_are_mended_or_refused(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_data(&size);
+    kd_model *m = load_lobes("{'extensions':{'KHR_materials_ior':{'ior':0.5},"
+                             "'KHR_materials_clearcoat':{'clearcoatFactor':-1},"
+                             "'KHR_materials_transmission':{'transmissionFactor':1e30}},'alphaMode':'MASK'}",
+                             data, size);
+    NEAR(m->materials[0].ior, 1, 0);
+    NEAR(m->materials[0].clearcoat, 0, 0);
+    NEAR(m->materials[0].transmission, 0,
+         0); /* clamped, and then left out: a mask does not let light through */
+    assert_int_equal(m->warning_count, 4);
+    kd_model_destroy(m);
+    m = load_lobes("{'extensions':{'KHR_materials_ior':{'ior':0},'KHR_materials_unlit':{},"
+                   "'KHR_materials_transmission':{'transmissionFactor':1}}}",
+                   data, size);
+    assert_true(m->materials[0].unlit && m->materials[0].transmission == 0);
+    kd_model_destroy(m);
+    free(data);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(materials_are_read_whole),
         cmocka_unit_test(broken_pictures_are_refused),
+        cmocka_unit_test(further_ways_to_reflect_are_read),
+        cmocka_unit_test(odd_ways_to_reflect_are_mended_or_refused),
     };
     return cmocka_run_group_tests(tests, NULL, remove_folder);
 }

@@ -175,6 +175,44 @@ static void blended_sheet_dims_a_light_by_its_share(void **state)
     fixture_expect(fixture_mean(f, KD_REFERENCE_DIRECT), 0.75 * sqrt(0.5) / FIXTURE_PI, 1e-5);
 }
 
+/* Glass without roughness over an emitter of 4, seen at a cosine of 0.8: Fresnel's term is 0.04 + 0.96 *
+ * 0.2^5 = 0.0403, and what it leaves has the glass's colour. A lamp's light is tinted as much on its way to
+ * the floor. */
+static void glass_tints_what_it_lets_through(void **state)
+{
+    fixture *f = *state;
+    kd_material_desc glass = fixture_material(0.5f, 0, 0), glow = fixture_material(0, 1, 1);
+    f->desc.spp = 8192;
+    f->desc.bounces = 1;
+    glass.transmission = 1;
+    glass.alpha_mode = KD_ALPHA_BLEND;
+    glass.alpha_ignored = true;
+    glow.emissive = (kd_vec3){4, 4, 4};
+    fixture_shape(f, KD_SHAPE_PLANE, (kd_vec3){2, 1, 2}, &glow, FIXTURE_AT(0, 0, 0));
+    fixture_shape(f, KD_SHAPE_PLANE, (kd_vec3){2, 1, 2}, &glass, FIXTURE_AT(0, 1, 0));
+    fixture_camera(f, (kd_vec3){1.8f, 3, 0.1f}, (kd_vec3){0.3f, 1, 0.1f});
+    fixture_expect(fixture_mean(f, KD_REFERENCE_FINAL), 4 * 0.5 * (1 - 0.0403), 0.03);
+}
+
+static void glass_tints_a_lamps_light(void **state)
+{
+    fixture *f = *state;
+    kd_material_desc glass = fixture_material(0.5f, 0, 0), floor = fixture_material(1, 0, 1);
+    f->desc.spp = 1;
+    f->desc.bounces = 0;
+    glass.transmission = 1;
+    glass.alpha_mode = KD_ALPHA_BLEND;
+    glass.alpha_ignored = true;
+    fixture_shape(f, KD_SHAPE_PLANE, (kd_vec3){2, 1, 2}, &floor, FIXTURE_AT(0, 0, 0));
+    fixture_shape(f, KD_SHAPE_PLANE, (kd_vec3){1, 1, 1}, &glass, FIXTURE_AT(1, 1, 0));
+    fixture_camera(f, (kd_vec3){0, 3, 0}, origin);
+    fixture_light(f, (kd_light){.type = KD_DIRECTIONAL, .color = {1, 1, 1}, .intensity = 1}, origin,
+                  (kd_vec3){-1, -1, 0});
+    double open = fixture_mean(f, KD_REFERENCE_DIRECT), fresnel = 0.04 + 0.96 * pow(1 - sqrt(0.5), 5);
+    double v[3] = {0, 0, 1}, l[3] = {sqrt(0.5), 0, sqrt(0.5)};
+    fixture_expect(open, 0.5 * (1 - fresnel) * reflectance(v, l, 1, 0.04, 1), 1e-3);
+}
+
 static void masked_sheet_is_there_or_not(void **state)
 {
     fixture *f = *state;
@@ -391,6 +429,8 @@ int main(void)
         cmocka_unit_test(white_dielectric_follows_the_formula),
         FIXTURE_TEST(blended_sheet_lets_its_share_through),
         FIXTURE_TEST(blended_sheet_dims_a_light_by_its_share),
+        FIXTURE_TEST(glass_tints_what_it_lets_through),
+        FIXTURE_TEST(glass_tints_a_lamps_light),
         FIXTURE_TEST(masked_sheet_is_there_or_not),
         FIXTURE_TEST(camera_sees_no_backs),
         FIXTURE_TEST(instances_agree_with_baked_meshes),
