@@ -16,6 +16,8 @@ typedef struct kd_gbuffer {
     kd_gpu_texture blended; /* resource "blended", system blend. RGBA16F: rgb light of the blended surfaces in
                                front, a share of what is behind that they hide; id 0: none in this frame */
     kd_gpu_texture blended_hidden; /* RGBA16F: the same share by colour; id 0: equal for all */
+    kd_gpu_texture motion;  /* RG16F: pixels from here to where the surface was a frame ago, y upwards; id 0
+                               unless layers are filmed */
     uint32_t width, height;
 } kd_gbuffer;
 KD_COMPONENT_DECLARE(kd_gbuffer);
@@ -50,6 +52,9 @@ typedef struct kd_picture {
     kd_gpu_texture hdr; /* RGBA16F linear radiance of the chosen view, row 0 on top */
     kd_gpu_texture ldr; /* RGBA8, sRGB encoded, row 0 on top: what is saved and shown */
     uint32_t width, height;
+    uint32_t shown_width, shown_height; /* of ldr and of the two below: smaller where kd_film supersamples */
+    kd_gpu_texture mean; /* RGBA32F linear radiance of a filmed frame so far; id 0: hdr is the frame */
+    kd_gpu_texture deep; /* RGBA16UI: ldr in 16 bits; id 0: nobody asked for it */
 } kd_picture;
 KD_COMPONENT_DECLARE(kd_picture);
 

@@ -26,7 +26,8 @@
     X("final")                                                                                               \
     X("direct")                                                                                              \
     X("indirect")                                                                                            \
-    X("ao") X("specular") X("albedo") X("normal") X("depth") X("light") X("caches") X("pages") X("octree")   \
+    X("ao")                                                                                                  \
+    X("specular") X("albedo") X("normal") X("depth") X("light") X("caches") X("pages") X("octree")           \
         X("lookup") X("cost")
 #define CONTEXT_LIST(X)                                                                                      \
     X("auto") X("glfw") X("egl") X("egl-device") X("egl-surfaceless") X("egl-software") X("osmesa")
@@ -35,8 +36,9 @@
     X("direct")                                                                                              \
     X("indirect")                                                                                            \
     X("diffuse")                                                                                             \
-    X("specular") X("ao") X("albedo") X("normal") X("dept"                                                   \
-                                                    "h")
+    X("specular")                                                                                            \
+    X("ao") X("albedo") X("normal") X("dept"                                                                 \
+                                      "h")
 #define WORD(word)   word,
 #define SPACED(word) " " word
 
@@ -224,15 +226,53 @@ static kd_status read_resume(app_options *o, const char *text)
     return KD_OK;
 }
 
+/* Options that stand for a setting; the text is checked as --set does. */
+static kd_status read_setting(app_options *o, const char *option, const char *key, const char *text)
+{
+    kd_settings scratch = kd_settings_defaults();
+    char *assignment = o->assignments[o->assignment_count];
+    if (o->assignment_count == APP_MAX_ASSIGNMENTS)
+        return kd_fail(KD_USAGE, "%s: given too often; give it once", option);
+    int length = snprintf(assignment, sizeof o->assignments[0], "%s=%s", key, text);
+    if (length >= (int)sizeof o->assignments[0])
+        return kd_fail(KD_USAGE, "%s: '%.32s…' is no value for it; `kandil help settings` has %s", option,
+                       text, key);
+    o->assignment_count++;
+    o->sets[o->set_count++] = assignment;
+    return kd_settings_set(&scratch, assignment);
+}
+
 static kd_status read_level(app_options *o, const char *text)
 {
-    static char assignment[32]; /* one command line a process */
     int64_t level = 0;
     kd_status status = app_read_integer("--level", text, 0, 15, &level);
-    snprintf(assignment, sizeof assignment, "view.level=%d", (int)level);
-    if (status == KD_OK)
-        o->sets[o->set_count++] = assignment;
-    return status;
+    return status == KD_OK ? read_setting(o, "--level", "view.level", text) : status;
+}
+
+static kd_status read_supersample(app_options *o, const char *text)
+{
+    return read_setting(o, "--supersample", "film.supersample", text);
+}
+
+static kd_status read_subframes(app_options *o, const char *text)
+{
+    return read_setting(o, "--subframes", "film.subframes", text);
+}
+
+static kd_status read_shutter(app_options *o, const char *text)
+{
+    return read_setting(o, "--shutter", "film.shutter_deg", text);
+}
+
+static kd_status read_layers(app_options *o, const char *text)
+{
+    (void)text;
+    return read_setting(o, "--layers", "film.layers", "on");
+}
+
+static kd_status read_png_depth(app_options *o, const char *text)
+{
+    return read_setting(o, "--png-depth", "film.png_depth", text);
 }
 
 static kd_status read_profile(app_options *o, const char *text)
@@ -386,6 +426,13 @@ static const app_option_row run_options[] = {
     {"--out", "PATH", read_out,
      "repeatable: .png, .exr (last frame; every frame with a number such as %04d), .mp4, .webm"},
     {"--resume", NULL, read_resume, "leave out frames whose numbered pictures stand there already"},
+    {"--layers", NULL, read_layers,
+     "write the parts of the light, albedo, normal, depth and motion into .exr too"},
+    {"--png-depth", "8|16", read_png_depth, "bits a channel of .png; default 8"},
+    {"--supersample", "N", read_supersample, "render N x N pixels for each of the picture; up to 8"},
+    {"--subframes", "N", read_subframes, "motion blur: moments that a frame is the mean of; up to 256"},
+    {"--shutter", "DEG", read_shutter,
+     "how long the shutter is open before a frame's time; 360: a whole step; default 180"},
     {"--context", "API", read_context, "way to the GPU, one of:" CONTEXT_LIST(SPACED)},
     {"--window", NULL, read_window, "show a window; it is closed to end"},
     {"--asset-root", "DIR", read_asset_root,
@@ -670,13 +717,15 @@ static kd_status read_arguments(app_options *out, const app_command_row *row, in
 static kd_status make_lists(app_options *out, int argc)
 {
     size_t count = (size_t)(argc > 0 ? argc : 0) + 1;
-    char *memory = calloc(count, sizeof *out->outputs + 2 * sizeof *out->roots);
+    size_t lists = count * (sizeof *out->outputs + 2 * sizeof *out->roots);
+    char *memory = calloc(1, lists + APP_MAX_ASSIGNMENTS * sizeof out->assignments[0]);
     if (!memory)
         return kd_fail(KD_NO_MEMORY, "out of memory");
     out->memory = memory;
     out->outputs = (app_output *)(void *)memory;
     out->roots = (const char **)(void *)(out->outputs + count);
     out->sets = out->roots + count;
+    out->assignments = (char(*)[48])(void *)(memory + lists);
     return KD_OK;
 }
 

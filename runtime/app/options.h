@@ -60,7 +60,7 @@ typedef struct app_voxelizing {
     bool hausdorff;
 } app_voxelizing;
 
-enum { APP_MAX_TRACES = 4 };
+enum { APP_MAX_TRACES = 4, APP_MAX_ASSIGNMENTS = 16 };
 
 typedef struct app_options {
     const struct kd_extension *extension; /* of the program, or NULL */
@@ -95,8 +95,10 @@ typedef struct app_options {
     uint32_t output_count, root_count, set_count;
     app_output *outputs;
     const char **roots;
-    const char **sets; /* "KEY=VALUE" as given; settings among them are checked already */
-    void *memory;      /* of the lists */
+    const char **sets;       /* "KEY=VALUE" as given; settings among them are checked already */
+    char (*assignments)[48]; /* [APP_MAX_ASSIGNMENTS] what options that stand for a setting put into `sets` */
+    uint32_t assignment_count;
+    void *memory; /* of the lists */
 } app_options;
 
 /** Read the command line. Strings point into argv.

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "components/film.h"
 #include "components/animation.h"
 #include "components/camera.h"
 #include "components/light.h"
@@ -93,6 +94,9 @@ bool app_may_write(const char *component, const char *field)
                                       "view",
                                       "free_camera",
                                       "frame",
+                                      "film",
+                                      "film_layers",
+                                      "motion",
                                       "gbuffer",
                                       "lighting",
                                       "gi_targets",
@@ -214,11 +218,12 @@ static void turn(const app_scene *scene, double time_s)
 void app_scene_show(const app_scene *scene, uint64_t index)
 {
     kd_frame *frame = kd_singleton(scene->world, kd_frame);
+    uint32_t scale = kd_film_scale(kd_singleton(scene->world, kd_film));
     frame->index = index;
     frame->time_s = (double)index / scene->fps;
     frame->dt_s = (float)(1 / scene->fps);
-    frame->width = scene->width;
-    frame->height = scene->height;
+    frame->width = scene->width * scale;
+    frame->height = scene->height * scale;
     frame->gi = scene->gi;
     frame->view = scene->view;
     frame->settings = scene->settings;

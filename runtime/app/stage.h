@@ -5,6 +5,7 @@
  * one in the place of another; jobs and GPU outlive them. */
 
 #include "runtime/app/capture.h"
+#include "runtime/app/exposure.h"
 #include "runtime/app/scene.h"
 #include "runtime/app/timing.h"
 #include "runtime/asset/voxel_file.h"
@@ -16,7 +17,9 @@ typedef struct app_stage {
     kd_world *world;
     kd_schedule *schedule;
     app_scene scene;
-    app_capture *capture; /* NULL: nothing is written */
+    app_capture *capture;   /* NULL: nothing is written */
+    app_exposure *exposure; /* NULL: a frame is one moment */
+    bool without_gpu;       /* systems of the GPU lane are off */
     app_timing timing;
     kd_voxel_file voxels; /* of --voxels */
 } app_stage;

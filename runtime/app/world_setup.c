@@ -14,6 +14,7 @@
 #include "systems/debug_view/debug_view.h"
 #include "systems/deferred/deferred.h"
 #include "systems/deform/deform.h"
+#include "systems/film/film.h"
 #include "systems/hierarchy/hierarchy.h"
 #include "systems/lighting/lighting.h"
 #include "systems/resolve/resolve.h"
@@ -68,8 +69,8 @@ kd_status app_import_systems(kd_schedule *s, const kd_extension *extension)
         kd_scene_import,       kd_animation_import, kd_hierarchy_import,       kd_deform_import,
         kd_shadow_import,      kd_sky_import,       kd_voxel_objects_import,   kd_voxel_cache_import,
         kd_voxel_pages_import, kd_svo_import,       kd_voxel_transform_import, kd_lighting_import,
-        kd_bounce_import,      kd_deferred_import,  kd_cone_trace_import,      kd_blend_import,
-        kd_debug_view_import,  kd_resolve_import,
+        kd_bounce_import,      kd_motion_import,    kd_deferred_import,  kd_cone_trace_import,      kd_blend_import,
+        kd_debug_view_import,  kd_film_import,      kd_resolve_import,
     };
     kd_status status = import_all(s, imports, sizeof imports / sizeof *imports);
     return status == KD_OK ? import_extension(s, extension) : status;

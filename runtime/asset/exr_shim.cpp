@@ -1,33 +1,35 @@
 // tinyexr behind a C function. Its exceptions and its error texts, which it allocates, stay here.
 #include "runtime/asset/exr_shim.h"
 
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <vector>
 
 #include <tinyexr.h>
 
-static size_t encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data)
+static size_t encode(uint32_t width, uint32_t height, const exr_plane *planes, uint32_t count,
+                     unsigned char **data)
 {
-    static const char *const names[3] = {"B", "G", "R"}; // readers expect the order of the alphabet
     EXRHeader header;
     EXRImage image;
-    EXRChannelInfo channels[3];
-    int types[3] = {TINYEXR_PIXELTYPE_HALF, TINYEXR_PIXELTYPE_HALF, TINYEXR_PIXELTYPE_HALF};
-    unsigned char *pixels[3];
-    const size_t count = static_cast<size_t>(width) * height;
+    std::vector<EXRChannelInfo> channels(count);
+    std::vector<int> types(count);
+    std::vector<unsigned char *> pixels(count);
     InitEXRHeader(&header);
     InitEXRImage(&image);
-    std::memset(channels, 0, sizeof channels);
-    for (size_t i = 0; i < 3; i++) {
-        std::strcpy(channels[i].name, names[i]);
-        pixels[i] = reinterpret_cast<unsigned char *>(const_cast<uint16_t *>(planes + i * count));
+    for (size_t i = 0; i < count; i++) {
+        std::memset(&channels[i], 0, sizeof channels[i]);
+        std::snprintf(channels[i].name, sizeof channels[i].name, "%s", planes[i].name);
+        types[i] = planes[i].floats ? TINYEXR_PIXELTYPE_FLOAT : TINYEXR_PIXELTYPE_HALF;
+        pixels[i] = static_cast<unsigned char *>(const_cast<void *>(planes[i].texels));
     }
-    header.num_channels = image.num_channels = 3;
-    header.channels = channels;
-    header.pixel_types = header.requested_pixel_types = types;
+    header.num_channels = image.num_channels = static_cast<int>(count);
+    header.channels = channels.data();
+    header.pixel_types = header.requested_pixel_types = types.data();
     header.compression_type = TINYEXR_COMPRESSIONTYPE_ZIP;
-    image.images = pixels;
+    image.images = pixels.data();
     image.width = static_cast<int>(width);
     image.height = static_cast<int>(height);
     const char *error = nullptr;
@@ -37,11 +39,12 @@ static size_t encode(uint32_t width, uint32_t height, const uint16_t *planes, un
     return size;
 }
 
-size_t exr_shim_encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data)
+size_t exr_shim_encode(uint32_t width, uint32_t height, const exr_plane *planes, uint32_t count,
+                       unsigned char **data)
 {
     *data = nullptr;
     try {
-        return encode(width, height, planes, data);
+        return encode(width, height, planes, count, data);
     } catch (const std::exception &) {
         *data = nullptr;
         return 0;

@@ -1,6 +1,7 @@
 #ifndef KD_ASSET_EXR_SHIM_H
 #define KD_ASSET_EXR_SHIM_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -8,11 +9,20 @@
 extern "C" {
 #endif
 
-/** Encode three planes of halfs, in order B, G, R, as OpenEXR.
+/* One channel of a picture. */
+typedef struct exr_plane {
+    const char *name;
+    bool floats;        /* 32 bits each, else halfs */
+    const void *texels; /* row 0 on top */
+} exr_plane;
+
+/** Encode planes as OpenEXR, scan lines of one part, ZIP compressed. Their names are in the order of strcmp,
+ * as readers expect.
  *
  *  Returns bytes in *data, which the caller frees with free(); 0 and NULL when that failed
  */
-size_t exr_shim_encode(uint32_t width, uint32_t height, const uint16_t *planes, unsigned char **data);
+size_t exr_shim_encode(uint32_t width, uint32_t height, const exr_plane *planes, uint32_t count,
+                       unsigned char **data);
 
 /** Decode an OpenEXR file with channels R, G, B, or one channel, which is then taken three times.
  *

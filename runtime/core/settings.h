@@ -115,6 +115,15 @@ typedef enum kd_setting_type {
     X(ENUM, view, channel, KD_CHANNEL_AUTO, 0, 5, channel_words, NULL,                                       \
       "what these views show of a voxel; auto: albedo of caches and pages, radiance of the tree")            \
     X(I32, view, cost_scale, 256, 1, 9999, NULL, "samples", "what --view cost shows in the hottest colour")  \
+    X(I32, film, supersample, 1, 1, 8, NULL, "pixels",                                                       \
+      "render n x n pixels for each of the picture and take the mean of their light")                        \
+    X(I32, film, subframes, 1, 1, 256, NULL, NULL,                                                           \
+      "moments a frame is the mean of while the shutter is open; 1: no motion blur")                         \
+    X(F32, film, shutter_deg, 180, 0, 360, NULL, "deg",                                                      \
+      "how long the shutter is open before a frame's time; 360: a whole step")                               \
+    X(BOOL, film, layers, false, 0, 1, NULL, NULL,                                                           \
+      "write the parts of the light, albedo, normal, depth and motion into .exr too")                        \
+    X(I32, film, png_depth, 8, 8, 16, depth_words, "bits", "bits a channel of .png")                         \
     X(BOOL, debug, access, false, 0, 1, NULL, NULL,                                                          \
       "stop when a system touches components that it does not declare")                                      \
     X(I32, debug, shuffle, 0, 0, 99999, NULL, NULL,                                                          \

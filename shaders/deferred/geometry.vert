@@ -1,4 +1,4 @@
-/* Takes the vertices of the draw list to the screen. */
+/* Takes the vertices of the draw list to the screen. MOTION: to where they were a frame ago, too. */
 
 #include "shaders/include/view.glsl"
 #include "shaders/include/object.glsl"
@@ -10,6 +10,14 @@ layout(location = KD_LOC_UV0) in vec2 in_uv0;
 layout(location = KD_LOC_UV1) in vec2 in_uv1;
 layout(location = KD_LOC_COLOR) in vec4 in_color;
 layout(location = KD_LOC_OBJECT) in uint in_object;
+
+#ifdef MOTION
+#include "shaders/shared/film.h"
+layout(location = KD_LOC_PREVIOUS) in vec3 in_previous;
+layout(std140, binding = KD_BIND_PASS) uniform motion_pass { kd_motion_params motion; };
+layout(std430, binding = 1) readonly buffer previous_block { mat4 previous_models[]; };
+out vec4 previous_clip;
+#endif
 
 out vec3 from_eye;
 out vec3 normal_ws;
@@ -28,4 +36,7 @@ void main()
     tangent_ws = vec4(object_direction(in_object, in_tangent.xyz), in_tangent.w * (1.0 - 2.0 * mirrored));
     uv = vec4(in_uv0, in_uv1);
     color = in_color;
+#ifdef MOTION
+    previous_clip = motion.view_projection * (previous_models[in_object] * vec4(in_previous, 1.0));
+#endif
 }

@@ -11,8 +11,6 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = KD_BIND_PASS) uniform resolve_pass { kd_resolve_params params; };
-layout(binding = KD_UNIT_GI_DIFFUSE) uniform sampler2D gi_diffuse;
-layout(binding = KD_UNIT_GI_SPECULAR) uniform sampler2D gi_specular;
 #ifdef BLENDED
 layout(binding = KD_UNIT_BLENDED) uniform sampler2D blended; /* rgb: their light, a: share that they hide */
 #ifdef TINTED
@@ -22,24 +20,8 @@ layout(binding = KD_UNIT_BLENDED_TINT) uniform sampler2D blended_hidden; /* rgb:
 layout(binding = 0, rgba16f) uniform writeonly image2D hdr_image;
 layout(binding = 1, rgba8) uniform writeonly image2D ldr_image;
 
-const float HEMISPHERE = 2.0; /* tangent of the widest cones of a sky, which stand for a hemisphere */
-
-/* Light from all around: rgb irradiance / pi, a ambient visibility. Without GI the sky shines everywhere,
- * unoccluded; with it the cones have added the sky already. */
-vec4 gathered_diffuse(surface s, ivec2 pixel)
-{
-    return params.mode.z != 0u ? texelFetch(gi_diffuse, pixel, 0) : vec4(sky_cone(s.normal_ws, HEMISPHERE), 1.0);
-}
-vec3 gathered_specular(surface s, ivec2 pixel)
-{
-#ifdef LAYERED
-    float roughness = s.traced_roughness;
-#else
-    float roughness = s.roughness;
-#endif
-    return params.mode.z != 0u ? texelFetch(gi_specular, pixel, 0).rgb
-                               : sky_cone(reflect(view_direction(s.position_ws), s.normal_ws), roughness * roughness);
-}
+#define GATHERED_IS_THERE (params.mode.z != 0u)
+#include "shaders/resolve/gathered.glsl"
 
 vec3 background(ivec2 pixel)
 {

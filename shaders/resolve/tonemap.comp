@@ -1,4 +1,4 @@
-/* From what was drawn to the picture, with a measured exposure. */
+/* From what was drawn to the picture, with a measured exposure. DEEP: in 16 bits too. */
 
 #include "shaders/shared/bindings.h"
 #include "shaders/resolve/screen.glsl"
@@ -9,6 +9,9 @@ layout(std140, binding = KD_BIND_PASS) uniform resolve_pass { kd_resolve_params 
 layout(std430, binding = 0) readonly buffer exposure_block { float exposure; };
 layout(binding = 0) uniform sampler2D hdr;
 layout(binding = 1, rgba8) uniform writeonly image2D ldr_image;
+#ifdef DEEP
+layout(binding = 2, rgba16ui) uniform writeonly uimage2D deep_image;
+#endif
 
 void main()
 {
@@ -22,4 +25,7 @@ void main()
     else
         shown = screen_view(c.rgb, params.mode.x, exposure, params.mode.y);
     imageStore(ldr_image, pixel, vec4(shown, 1.0));
+#ifdef DEEP
+    imageStore(deep_image, pixel, uvec4(clamp(shown, 0.0, 1.0) * 65535.0 + 0.5, 65535u));
+#endif
 }

@@ -41,5 +41,7 @@
 #define KD_UNIT_BOUNCE 15        /* usamplerBuffer: shaders/shared/bounce.h */
 #define KD_UNIT_SKY_MAP 16       /* sampler2D: equirectangular */
 #define KD_UNIT_SKY_CONES 17     /* sampler3D: shaders/shared/sky.h */
+#define KD_UNIT_PICTURE 18       /* sampler2D: radiance of the picture, row 0 on top */
+#define KD_UNIT_MOTION 19        /* sampler2D: kd_gbuffer.motion */
 
 #endif

@@ -21,6 +21,7 @@
 #define KD_LOC_UV1 4
 #define KD_LOC_COLOR 5
 #define KD_LOC_OBJECT 6 /* u32 per instance: index into kd_objects, reached through base_instance */
+#define KD_LOC_PREVIOUS 7 /* position a frame ago, of kd_motion */
 
 /* One drawn primitive of one entity. */
 struct kd_object {

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "components/camera.h"
+#include "components/film.h"
 #include "components/frame.h"
 #include "components/material.h"
 #include "components/render_targets.h"
@@ -16,14 +17,16 @@
 #include "runtime/core/frustum.h"
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
+#include "shaders/shared/film.h"
 #include "systems/deferred/internal.h"
 
 enum { MAP_VARIANTS = 32 };
 
 typedef struct deferred_state {
-    kd_gpu_program programs[MAP_VARIANTS][4]; /* by KD_MAP_* bits; bit 0: masked, bit 1: layered */
-    bool tried[MAP_VARIANTS][4];              /* a program that failed is not compiled again every frame */
-    bool layered;                             /* since a material with lobes has been drawn */
+    kd_gpu_program programs[MAP_VARIANTS]
+                           [8];  /* by KD_MAP_* bits; bit 0: masked, 1: layered, 2: with motion */
+    bool tried[MAP_VARIANTS][8]; /* a program that failed is not compiled again every frame */
+    bool layered;                /* since a material with lobes has been drawn */
     kd_gpu_buffer args;
     uint64_t drawn_triangles;
 } deferred_state;
@@ -47,13 +50,15 @@ static void destroy_gbuffer(kd_gpu *gpu, kd_gbuffer *g)
     kd_gpu_destroy_texture(gpu, g->emissive);
     kd_gpu_destroy_texture(gpu, g->depth);
     kd_gpu_destroy_texture(gpu, g->layers);
+    kd_gpu_destroy_texture(gpu, g->motion);
     *g = (kd_gbuffer){0};
 }
 
 /* The formats are those that shaders/include/surface.glsl packs. */
-static void ensure_gbuffer(kd_gpu *gpu, kd_gbuffer *g, const kd_frame *frame, bool layered)
+static void ensure_gbuffer(kd_gpu *gpu, kd_gbuffer *g, const kd_frame *frame, bool layered, bool motion)
 {
-    if (g->width == frame->width && g->height == frame->height && layered == (g->layers.id != 0))
+    if (g->width == frame->width && g->height == frame->height && layered == (g->layers.id != 0) &&
+        motion == (g->motion.id != 0))
         return;
     destroy_gbuffer(gpu, g);
     g->albedo = make_texture(gpu, KD_RGBA8, frame, "gbuffer albedo");
@@ -63,10 +68,14 @@ static void ensure_gbuffer(kd_gpu *gpu, kd_gbuffer *g, const kd_frame *frame, bo
     g->depth = make_texture(gpu, KD_DEPTH32F, frame, "gbuffer depth");
     if (layered)
         g->layers = make_texture(gpu, KD_RGBA16UI, frame, "gbuffer layers");
-    g->target = kd_gpu_make_target(
-        gpu, &(kd_gpu_target_desc){.color = {g->albedo, g->normal, g->material, g->emissive, g->layers},
-                                   .depth = g->depth,
-                                   .name = "gbuffer"});
+    if (motion)
+        g->motion = make_texture(gpu, KD_RG16F, frame, "gbuffer motion");
+    g->target =
+        kd_gpu_make_target(gpu, &(kd_gpu_target_desc){.color = {g->albedo, g->normal, g->material,
+                                                                g->emissive, layered ? g->layers : g->motion,
+                                                                layered ? g->motion : (kd_gpu_texture){0}},
+                                                      .depth = g->depth,
+                                                      .name = "gbuffer"});
     g->width = frame->width;
     g->height = frame->height;
 }
@@ -80,18 +89,20 @@ static bool draws_lobes(const kd_draw_list *list, const kd_scene_store *store)
     return false;
 }
 
-static kd_gpu_program find_program(kd_gpu *gpu, deferred_state *s, uint32_t maps, bool masked)
+static kd_gpu_program find_program(kd_gpu *gpu, deferred_state *s, uint32_t maps, bool masked, bool motion)
 {
-    uint32_t kind = (masked ? 1u : 0u) | (s->layered ? 2u : 0u);
+    uint32_t kind = (masked ? 1u : 0u) | (s->layered ? 2u : 0u) | (motion ? 4u : 0u);
     if (!s->tried[maps][kind]) {
         char define[32];
         snprintf(define, sizeof define, "MATERIAL_MAPS %u", maps);
-        const char *defines[4] = {define};
+        const char *defines[5] = {define};
         int count = 1;
         if (masked)
             defines[count++] = "MASKED";
         if (s->layered)
-            defines[count] = "LAYERED";
+            defines[count++] = "LAYERED";
+        if (motion)
+            defines[count] = "MOTION";
         s->programs[maps][kind] =
             kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.vertex = "shaders/deferred/geometry.vert",
                                                             .fragment = "shaders/deferred/geometry.frag",
@@ -120,10 +131,24 @@ static uint32_t cull_draws(const kd_draw_list *list, const kd_scene_store *store
 }
 
 /* Bind parameters and maps. Returns the program that reads them. */
-static kd_gpu_program bind_material(kd_gpu *gpu, deferred_state *s, const kd_store_material *material)
+static kd_gpu_program bind_material(kd_gpu *gpu, deferred_state *s, const kd_store_material *material,
+                                    bool motion)
 {
     kd_material_bind(gpu, material);
-    return find_program(gpu, s, deferred_map_bits(material), material->desc.alpha_mode == KD_ALPHA_MASK);
+    return find_program(gpu, s, deferred_map_bits(material), material->desc.alpha_mode == KD_ALPHA_MASK,
+                        motion);
+}
+
+/* Bind what was where a frame ago. Returns the vertices with their former places. */
+static kd_gpu_geometry bind_motion(kd_system_context *context, const kd_gbuffer *g)
+{
+    const kd_motion *motion = kd_singleton(context->world, kd_motion);
+    struct kd_motion_params params = {.size = {.x = (float)g->width, .y = (float)g->height}};
+    memcpy(params.view_projection.m, motion->view_projection.m, sizeof params.view_projection.m);
+    kd_gpu_bind_uniform(context->gpu, KD_BIND_PASS, &params, sizeof params);
+    kd_gpu_bind_storage(context->gpu, 1, motion->models);
+    return deferred_moving_geometry(kd_singleton(context->world, kd_scene_store),
+                                    kd_singleton(context->world, kd_draw_list), motion->geometry);
 }
 
 /* Culling is part of a target's state; a change of it binds the target again, without clearing. */
@@ -144,7 +169,8 @@ static void draw_batches(kd_system_context *context, deferred_state *s, const kd
     kd_gpu *gpu = context->gpu;
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
-    kd_gpu_geometry geometry = deferred_geometry(store, list);
+    bool motion = g->motion.id != 0;
+    kd_gpu_geometry geometry = motion ? bind_motion(context, g) : deferred_geometry(store, list);
     kd_cull cull = KD_CULL_BACK;
     kd_gpu_bind_storage(gpu, 0, list->objects);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, kd_singleton(context->world, kd_lighting)->view, 0,
@@ -156,7 +182,7 @@ static void draw_batches(kd_system_context *context, deferred_state *s, const kd
         kd_cull wanted = deferred_cull(&list->batches[b], material);
         if (wanted != cull)
             begin_raster(gpu, g, cull = wanted, false);
-        kd_gpu_program program = bind_material(gpu, s, material);
+        kd_gpu_program program = bind_material(gpu, s, material, motion);
         kd_gpu_draw_indirect(gpu, program, &geometry, s->args, first * sizeof *args, counts[b]);
         for (uint32_t i = first; i < first + counts[b]; i++)
             s->drawn_triangles += args[i].index_count / 3;
@@ -171,7 +197,8 @@ static void geometry_run(kd_system_context *context)
     const kd_draw_list *list = kd_singleton(context->world, kd_draw_list);
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     s->layered = s->layered || draws_lobes(list, store);
-    ensure_gbuffer(gpu, g, kd_singleton(context->world, kd_frame), s->layered);
+    ensure_gbuffer(gpu, g, kd_singleton(context->world, kd_frame), s->layered,
+                   kd_singleton(context->world, kd_film)->layers);
     begin_raster(gpu, g, KD_CULL_BACK, true);
     s->drawn_triangles = 0;
     if (list->draw_count == 0)
@@ -196,8 +223,9 @@ static void geometry_fini(kd_system_context *context)
 {
     deferred_state *s = context->user;
     destroy_gbuffer(context->gpu, kd_singleton(context->world, kd_gbuffer));
-    for (int i = 0; i < MAP_VARIANTS * 4; i++)
-        kd_gpu_destroy_program(context->gpu, s->programs[i / 4][i % 4]);
+    const kd_gpu_program *programs = &s->programs[0][0];
+    for (size_t i = 0; i < sizeof s->programs / sizeof *programs; i++)
+        kd_gpu_destroy_program(context->gpu, programs[i]);
     kd_gpu_destroy_buffer(context->gpu, s->args);
     free(s);
 }
@@ -223,8 +251,10 @@ kd_status kd_deferred_import(kd_schedule *schedule)
                           .phase = KD_PHASE_GEOMETRY,
                           .where = KD_ON_GPU,
                           .components = {KD_USES(kd_draw_list), KD_USES(kd_scene_store), KD_USES(kd_view),
-                                         KD_USES(kd_frame), KD_USES(kd_lighting), KD_CHANGES(kd_gbuffer)},
-                          .resources = {{"scene.vertices", KD_USE_VERTEX},
+                                         KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_film),
+                                         KD_USES(kd_motion), KD_CHANGES(kd_gbuffer)},
+                          .resources = {{"motion", KD_USE_VERTEX | KD_USE_STORAGE_READ},
+                                        {"scene.vertices", KD_USE_VERTEX},
                                         {"scene.indices", KD_USE_INDEX},
                                         {"scene.objects", KD_USE_STORAGE_READ | KD_USE_VERTEX},
                                         {"lights.uniform", KD_USE_UNIFORM},

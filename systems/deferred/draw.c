@@ -18,6 +18,18 @@ kd_gpu_geometry deferred_geometry(const kd_scene_store *store, const kd_draw_lis
     };
 }
 
+kd_gpu_geometry deferred_moving_geometry(const kd_scene_store *store, const kd_draw_list *list,
+                                         kd_gpu_buffer previous)
+{
+    kd_gpu_geometry geometry = deferred_geometry(store, list);
+    uint32_t count = 0;
+    while (geometry.attributes[count].buffer.id)
+        count++;
+    geometry.attributes[count] =
+        (kd_gpu_attribute){previous, KD_LOC_PREVIOUS, KD_ATTR_F32X3, 0, DEFERRED_GEOMETRY_STRIDE, false};
+    return geometry;
+}
+
 kd_cull deferred_cull(const kd_draw_batch *batch, const kd_store_material *material)
 {
     if (material->desc.double_sided)

@@ -9,6 +9,9 @@ enum { DEFERRED_GEOMETRY_STRIDE = KD_GEOMETRY_WORDS * 4, DEFERRED_ATTRIBUTE_STRI
 
 /** All streams of a drawn vertex. */
 kd_gpu_geometry deferred_geometry(const kd_scene_store *store, const kd_draw_list *list);
+/** The same, and where the vertices were a frame ago. */
+kd_gpu_geometry deferred_moving_geometry(const kd_scene_store *store, const kd_draw_list *list,
+                                         kd_gpu_buffer previous);
 /** Which faces of a batch are left out. */
 kd_cull deferred_cull(const kd_draw_batch *batch, const kd_store_material *material);
 /** The KD_MAP_* bits of the maps that are there. */

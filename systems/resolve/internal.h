@@ -7,12 +7,13 @@
 #include "components/camera.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
+#include "components/surface_access.h"
 #include "runtime/ecs/system.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/resolve.h"
 #include "shaders/shared/scene.h"
 
-enum { RESOLVE_GROUP = 8, RESOLVE_LUMINANCE_GROUP = 16, RESOLVE_KINDS = 32 };
+enum { RESOLVE_GROUP = 8, RESOLVE_LUMINANCE_GROUP = 16, RESOLVE_KINDS = KD_SURFACE_KINDS };
 
 typedef struct resolve_variant {
     kd_gpu_program program;

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "components/film.h"
 #include "components/sky.h"
 #include "runtime/core/log.h"
 #include "systems/resolve/internal.h"
@@ -68,36 +69,53 @@ bool resolve_measures(const kd_frame *frame)
     return light && frame->settings.view_auto_exposure;
 }
 
-/* Views that other systems draw after this one are brought to the screen last. */
+/* Views that other systems draw after this one are brought to the screen last, and frames of which this
+ * picture is a part. */
 static bool tonemap_is_late(kd_system_context *context)
 {
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
-    return drawn_elsewhere(frame) || resolve_measures(frame);
+    return drawn_elsewhere(frame) || resolve_measures(frame) ||
+           kd_film_on(kd_singleton(context->world, kd_film));
+}
+
+static bool tonemap_is_due(kd_system_context *context)
+{
+    return tonemap_is_late(context) && kd_film_is_last(kd_singleton(context->world, kd_film));
 }
 
 static void destroy_picture(kd_gpu *gpu, kd_picture *p)
 {
-    kd_gpu_destroy_texture(gpu, p->hdr);
-    kd_gpu_destroy_texture(gpu, p->ldr);
+    const kd_gpu_texture textures[] = {p->hdr, p->ldr, p->mean, p->deep};
+    for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
+        kd_gpu_destroy_texture(gpu, textures[i]);
     *p = (kd_picture){0};
 }
 
-static void ensure_picture(kd_gpu *gpu, kd_picture *p, const kd_frame *frame)
+static kd_gpu_texture make_texture(kd_gpu *gpu, kd_texture_format format, uint32_t width, uint32_t height,
+                                   const char *name)
 {
-    if (p->width == frame->width && p->height == frame->height)
+    return kd_gpu_make_texture(
+        gpu, &(kd_gpu_texture_desc){
+                 .format = format, .width = width, .height = height, .filter = KD_NEAREST, .name = name});
+}
+
+static void ensure_picture(kd_gpu *gpu, kd_picture *p, const kd_frame *frame, const kd_film *film)
+{
+    uint32_t scale = kd_film_scale(film), width = frame->width / scale, height = frame->height / scale;
+    if (p->width == frame->width && p->height == frame->height && p->shown_width == width &&
+        p->shown_height == height && (p->mean.id != 0) == kd_film_on(film) && (p->deep.id != 0) == film->deep)
         return;
     destroy_picture(gpu, p);
-    kd_gpu_texture_desc desc = {.format = KD_RGBA16F,
-                                .width = frame->width,
-                                .height = frame->height,
-                                .filter = KD_NEAREST,
-                                .name = "picture hdr"};
-    p->hdr = kd_gpu_make_texture(gpu, &desc);
-    desc.format = KD_RGBA8;
-    desc.name = "picture";
-    p->ldr = kd_gpu_make_texture(gpu, &desc);
+    p->hdr = make_texture(gpu, KD_RGBA16F, frame->width, frame->height, "picture hdr");
+    p->ldr = make_texture(gpu, KD_RGBA8, width, height, "picture");
+    if (kd_film_on(film))
+        p->mean = make_texture(gpu, KD_RGBA32F, width, height, "film");
+    if (film->deep)
+        p->deep = make_texture(gpu, KD_RGBA16UI, width, height, "picture in 16 bits");
     p->width = frame->width;
     p->height = frame->height;
+    p->shown_width = width;
+    p->shown_height = height;
 }
 
 static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, bool ldr)
@@ -105,17 +123,7 @@ static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, b
     char show[16];
     snprintf(show, sizeof show, "SHOW %uu", view);
     const char *defines[8] = {show};
-    int count = 1;
-    if (kinds & 1)
-        defines[count++] = "DIRECTIONAL";
-    if (kinds & 2)
-        defines[count++] = "LOCAL";
-    if (kinds & 4)
-        defines[count++] = "BLENDED";
-    if (kinds & 8)
-        defines[count++] = "TINTED";
-    if (kinds & 16)
-        defines[count++] = "LAYERED";
+    int count = 1 + kd_surface_defines(kinds, defines + 1);
     if (ldr)
         defines[count] = "LDR";
     return kd_gpu_make_program(
@@ -124,42 +132,15 @@ static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, b
 
 static kd_gpu_program find_program(kd_system_context *context, resolve_state *s)
 {
-    const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
-    const kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
     uint32_t view = kd_singleton(context->world, kd_frame)->view;
-    uint32_t kinds = (lighting->directional_count > 0 ? 1u : 0u) |
-                     (lighting->light_count > lighting->directional_count ? 2u : 0u) |
-                     (g->blended.id != 0 ? 4u : 0u) | (g->blended_hidden.id != 0 ? 8u : 0u) |
-                     (g->layers.id != 0 ? 16u : 0u);
+    uint32_t kinds = kd_surface_kinds(kd_singleton(context->world, kd_gbuffer),
+                                      kd_singleton(context->world, kd_lighting));
     bool ldr = !tonemap_is_late(context);
     resolve_variant *variant = &s->resolve[view][kinds][ldr];
     if (!variant->tried)
         variant->program = make_program(context->gpu, view, kinds, ldr);
     variant->tried = true;
     return variant->program;
-}
-
-static void bind_scene(kd_system_context *context)
-{
-    kd_gpu *gpu = context->gpu;
-    const kd_gbuffer *g = kd_singleton(context->world, kd_gbuffer);
-    const kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_ALBEDO, g->albedo);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_NORMAL, g->normal);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_MATERIAL, g->material);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_EMISSIVE, g->emissive);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_DEPTH, g->depth);
-    kd_sky_bind(gpu, kd_singleton(context->world, kd_sky_light));
-    if (g->blended.id != 0)
-        kd_gpu_bind_texture(gpu, KD_UNIT_BLENDED, g->blended);
-    if (g->blended_hidden.id != 0)
-        kd_gpu_bind_texture(gpu, KD_UNIT_BLENDED_TINT, g->blended_hidden);
-    if (g->layers.id != 0)
-        kd_gpu_bind_texture(gpu, KD_UNIT_GBUFFER_LAYERS, g->layers);
-    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
-    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
 }
 
 static kd_status resolve_init(kd_system_context *context)
@@ -188,18 +169,15 @@ static void resolve_run(kd_system_context *context)
 {
     kd_gpu *gpu = context->gpu;
     resolve_state *s = context->user;
-    const kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
     kd_picture *picture = kd_singleton(context->world, kd_picture);
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
-    bool gi_is_there = has_gi(context);
-    ensure_picture(gpu, picture, frame);
+    ensure_picture(gpu, picture, frame, kd_singleton(context->world, kd_film));
     if (drawn_elsewhere(frame))
         return;
     struct kd_resolve_params params = resolve_params(context);
-    bind_scene(context);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GI_DIFFUSE, gi_is_there ? gi->diffuse : s->black);
-    kd_gpu_bind_texture(gpu, KD_UNIT_GI_SPECULAR,
-                        gi_is_there && gi->specular.id != 0 ? gi->specular : s->black);
+    kd_surface_bind(gpu, kd_singleton(context->world, kd_gbuffer), kd_singleton(context->world, kd_lighting),
+                    kd_singleton(context->world, kd_sky_light));
+    kd_surface_bind_gathered(gpu, kd_singleton(context->world, kd_gi_targets), has_gi(context), s->black);
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_gpu_bind_image(gpu, 0, picture->hdr, 0, KD_IMAGE_WRITE, KD_RGBA16F);
     kd_gpu_bind_image(gpu, 1, picture->ldr, 0, KD_IMAGE_WRITE, KD_RGBA8);
@@ -228,42 +206,44 @@ kd_status kd_resolve_import(kd_schedule *schedule)
     if (state == NULL)
         return kd_fail(KD_NO_MEMORY, "resolve: no memory for its state; free some");
     kd_status status = kd_schedule_add(
-        schedule, &(kd_system_desc){.name = "resolve",
-                                    .phase = KD_PHASE_RESOLVE,
-                                    .where = KD_ON_GPU,
-                                    .components = {KD_USES(kd_frame), KD_USES(kd_lighting),
-                                                   KD_USES(kd_gbuffer), KD_USES(kd_gi_targets),
-                                                   KD_USES(kd_sky_light), KD_CHANGES(kd_picture)},
-                                    .resources = {{"gbuffer", KD_USE_SAMPLED},
-                                                  {"blended", KD_USE_SAMPLED},
-                                                  {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
-                                                  {"shadow.maps", KD_USE_SAMPLED},
-                                                  {"lights.uniform", KD_USE_UNIFORM},
-                                                  {"gi", KD_USE_SAMPLED},
-                                                  {"picture", KD_USE_IMAGE_WRITE}},
-                                    .init = resolve_init,
-                                    .no_commands = true,
-                                    .run = resolve_run,
-                                    .fini = resolve_fini,
-                                    .bytes_moved = resolve_bytes,
-                                    .user = state});
+        schedule,
+        &(kd_system_desc){.name = "resolve",
+                          .phase = KD_PHASE_RESOLVE,
+                          .where = KD_ON_GPU,
+                          .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer),
+                                         KD_USES(kd_gi_targets), KD_USES(kd_sky_light), KD_USES(kd_film),
+                                         KD_CHANGES(kd_picture)},
+                          .resources = {{"gbuffer", KD_USE_SAMPLED},
+                                        {"blended", KD_USE_SAMPLED},
+                                        {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
+                                        {"shadow.maps", KD_USE_SAMPLED},
+                                        {"lights.uniform", KD_USE_UNIFORM},
+                                        {"gi", KD_USE_SAMPLED},
+                                        {"picture", KD_USE_IMAGE_WRITE}},
+                          .init = resolve_init,
+                          .no_commands = true,
+                          .run = resolve_run,
+                          .fini = resolve_fini,
+                          .bytes_moved = resolve_bytes,
+                          .user = state});
     if (status != KD_OK) {
         free(state);
         return status;
     }
-    return kd_schedule_add(schedule,
-                           &(kd_system_desc){.name = "tonemap",
-                                             .phase = KD_PHASE_VIEW,
-                                             .where = KD_ON_GPU,
-                                             .components = {KD_USES(kd_frame), KD_USES(kd_lighting),
-                                                            KD_USES(kd_gi_targets), KD_USES(kd_picture)},
-                                             .resources = {{"lights.uniform", KD_USE_UNIFORM},
-                                                           {"picture", KD_USE_SAMPLED | KD_USE_IMAGE_WRITE}},
-                                             .init = resolve_tonemap_init,
-                                             .run_if = tonemap_is_late,
-                                             .no_commands = true,
-                                             .run = resolve_tonemap_run,
-                                             .fini = resolve_tonemap_fini,
-                                             .bytes_moved = tonemap_bytes,
-                                             .user = state});
+    return kd_schedule_add(
+        schedule,
+        &(kd_system_desc){.name = "tonemap",
+                          .phase = KD_PHASE_VIEW,
+                          .where = KD_ON_GPU,
+                          .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gi_targets),
+                                         KD_USES(kd_film), KD_USES(kd_picture)},
+                          .resources = {{"lights.uniform", KD_USE_UNIFORM},
+                                        {"picture", KD_USE_SAMPLED | KD_USE_IMAGE_WRITE}},
+                          .init = resolve_tonemap_init,
+                          .run_if = tonemap_is_due,
+                          .no_commands = true,
+                          .run = resolve_tonemap_run,
+                          .fini = resolve_tonemap_fini,
+                          .bytes_moved = tonemap_bytes,
+                          .user = state});
 }

@@ -57,9 +57,10 @@ static size_t make_hdr(uint8_t *out, size_t room, int width, int height)
 static size_t make_exr(unsigned char **out, uint16_t first)
 {
     uint16_t planes[3 * 8];
+    const exr_plane named[] = {{"B", false, planes}, {"G", false, planes + 8}, {"R", false, planes + 16}};
     for (int i = 0; i < 24; i++)
         planes[i] = i == 16 ? first : kd_half_from_float(0.25f * (float)(i / 8));
-    return exr_shim_encode(4, 2, planes, out);
+    return exr_shim_encode(4, 2, named, 3, out);
 }
 
 static kd_status load_bytes(const void *bytes, size_t size, kd_sky_image *out)
