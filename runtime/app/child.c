@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
+#include <stdatomic.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,6 +16,26 @@
 #include "runtime/core/log.h"
 
 extern char **environ;
+
+/* Who runs, for a signal handler; 0: nobody. */
+enum { MAX_CHILDREN = 16 };
+static atomic_int running[MAX_CHILDREN];
+
+static void exchange(int from, int to)
+{
+    for (int i = 0; i < MAX_CHILDREN; i++) {
+        int expected = from;
+        if (atomic_compare_exchange_strong(&running[i], &expected, to))
+            return;
+    }
+}
+
+void app_children_kill(void)
+{
+    for (int i = 0; i < MAX_CHILDREN; i++)
+        if (atomic_load(&running[i]) > 0)
+            kill(atomic_load(&running[i]), SIGKILL);
+}
 
 bool app_find_program(const char *name, char *out, size_t out_size)
 {
@@ -79,8 +100,10 @@ kd_status app_child_start(app_child *child, const char *const *argv)
     child->errors = temporary_file();
     int error = spawn(child, ends[0], argv);
     close(ends[0]);
-    if (error == 0)
+    if (error == 0) {
+        exchange(0, (int)child->pid);
         return KD_OK;
+    }
     child->pid = 0;
     app_child_finish(child, NULL, 0);
     return kd_fail(KD_IO, "%s: could not be started (%s); check its installation", argv[0], strerror(error));
@@ -127,6 +150,7 @@ int app_child_finish(app_child *child, char *line, size_t line_size)
         pid_t done;
         while ((done = waitpid(child->pid, &state, 0)) < 0 && errno == EINTR)
             ;
+        exchange((int)child->pid, 0);
         if (done == child->pid)
             code = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
     }

@@ -29,4 +29,7 @@ bool app_child_write(app_child *child, const void *data, size_t size);
  *  Returns its exit code, 128 + the signal that ended it, or -1 */
 int app_child_finish(app_child *child, char *line, size_t line_size);
 
+/** Kill all that run. Threading: any, and from signal handlers; this process is to end too */
+void app_children_kill(void);
+
 #endif

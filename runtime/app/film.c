@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "runtime/core/log.h"
+#include "runtime/core/temp_files.h"
 
 #define PIXELS "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p"
 enum { MAX_ARGUMENTS = 64 };
@@ -45,14 +46,22 @@ kd_status app_film_open(app_film *film, const char *path, uint32_t width, uint32
     /* A leading "./" keeps ffmpeg from reading a name such as "-x.mp4" or "a:b.mp4" as something else. */
     char target[KD_PATH_MAX + 8];
     snprintf(target, sizeof target, "%s%s", film->temp[0] == '/' ? "file:" : "file:./", film->temp);
-    const char *argv[MAX_ARGUMENTS] = {"ffmpeg", "-hide_banner", "-loglevel", "error",    "-nostats",
-                                       "-y",     "-f",           "rawvideo",  "-pix_fmt", "rgba",
-                                       "-s",     size,           "-r",        rate,       "-i",
-                                       "pipe:0", "-vf",          PIXELS,      NULL};
+    /* Without -xerror it calls a film that did not fit on the disk a success. */
+    const char *argv[MAX_ARGUMENTS] = {"ffmpeg",  "-hide_banner", "-loglevel", "error",    "-nostats",
+                                       "-xerror", "-y",           "-f",        "rawvideo", "-pix_fmt",
+                                       "rgba",    "-s",           size,        "-r",       rate,
+                                       "-i",      "pipe:0",       "-vf",       PIXELS,     NULL};
     add_arguments(argv, kd_path_has_extension(path, ".webm") ? webm_arguments : mp4_arguments);
     add_arguments(argv, color_arguments);
     add_arguments(argv, (const char *const[]){target, NULL});
+    kd_temp_files_add(film->temp);
     return app_child_start(&film->child, argv);
+}
+
+static void remove_temp(const app_film *film)
+{
+    unlink(film->temp);
+    kd_temp_files_forget(film->temp);
 }
 
 /* Wait for the child and tell whether it did its work; when not, remove what it left and say why. */
@@ -62,7 +71,7 @@ static kd_status finish_child(app_film *film, bool write_failed)
     int code = app_child_finish(&film->child, line, sizeof line);
     if (code == 0 && !write_failed)
         return KD_OK;
-    unlink(film->temp);
+    remove_temp(film);
     return kd_fail(
         KD_IO,
         "%s: ffmpeg failed with code %d (%s); check the free space and that ffmpeg has libx264 and libvpx",
@@ -83,16 +92,18 @@ kd_status app_film_close(app_film *film)
         return KD_OK;
     if (film->frames == 0) { /* which ffmpeg calls an error */
         app_child_finish(&film->child, NULL, 0);
-        unlink(film->temp);
+        remove_temp(film);
         return KD_OK;
     }
     kd_status status = finish_child(film, false);
     if (status != KD_OK)
         return status;
-    if (rename(film->temp, film->path) == 0)
+    if (rename(film->temp, film->path) == 0) {
+        kd_temp_files_forget(film->temp);
         return KD_OK;
+    }
     int error = errno;
-    unlink(film->temp);
+    remove_temp(film);
     return kd_fail(KD_IO, "%s: the film could not be put in place (%s); check the folder", film->path,
                    strerror(error));
 }

@@ -3,8 +3,8 @@
 
 #include <stdbool.h>
 
-/** Note SIGINT, SIGTERM and SIGHUP instead of dying; a second one kills. SIGPIPE becomes an ordinary write
- * error. */
+/** Note SIGINT, SIGTERM and SIGHUP instead of dying; a second one kills, once half written files are gone.
+ * SIGPIPE becomes an ordinary write error. */
 void app_interrupt_install(void);
 bool app_interrupted(void);
 

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "runtime/core/log.h"
+#include "runtime/core/temp_files.h"
 
 /* Turn errno into a status and one message. */
 static kd_status fail_errno(const char *path, const char *action)
@@ -118,6 +119,14 @@ static kd_status choose_temp(kd_file_out *out)
     return kd_path_join(out->temp, sizeof out->temp, folder, name);
 }
 
+static void remove_temp(const kd_file_out *out)
+{
+    if (!out->temp[0])
+        return;
+    unlink(out->temp);
+    kd_temp_files_forget(out->temp);
+}
+
 static kd_status open_stream(kd_file_out *out, const char *name, int flags, mode_t mode)
 {
     /* Not to wait for a reader when it is a named pipe; from then on writing may well wait. */
@@ -132,8 +141,9 @@ static kd_status open_stream(kd_file_out *out, const char *name, int flags, mode
     kd_status status = fail_errno(out->path, "writing");
     if (fd >= 0)
         close(fd);
-    if (fd >= 0 && out->temp[0])
-        unlink(out->temp);
+    if (fd >= 0)
+        remove_temp(out);
+    kd_temp_files_forget(out->temp);
     return status;
 }
 
@@ -159,6 +169,7 @@ kd_status kd_file_out_open(kd_file_out *out, const char *path)
     status = choose_temp(out);
     if (status != KD_OK)
         return status;
+    kd_temp_files_add(out->temp);
     return open_stream(out, out->temp, O_CREAT | O_EXCL, exists ? info.st_mode & 07777 : 0);
 }
 
@@ -177,10 +188,12 @@ kd_status kd_file_out_commit(kd_file_out *out)
         failed = true;
         first_error = errno;
     }
+    if (failed)
+        remove_temp(out);
+    else if (out->temp[0])
+        kd_temp_files_forget(out->temp);
     if (!failed)
         return KD_OK;
-    if (out->temp[0])
-        unlink(out->temp);
     /* An earlier write may have failed with its errno forgotten; lack of space is by far the commonest cause.
      */
     errno = first_error ? first_error : ENOSPC;
@@ -193,8 +206,7 @@ void kd_file_out_cancel(kd_file_out *out)
         return;
     fclose(out->stream);
     out->stream = NULL;
-    if (out->temp[0])
-        unlink(out->temp);
+    remove_temp(out);
 }
 
 kd_status kd_file_write(const char *path, const void *data, size_t size)
