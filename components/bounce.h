@@ -11,7 +11,7 @@ typedef struct kd_bounce {
     kd_gpu_texture view;   /* of the entries, KD_UNIT_BOUNCE */
     uint32_t frame;        /* number of this frame, from 1 */
     uint32_t period;       /* frames in which every cell has its turn */
-    float power;           /* of the lights whose light it has seen, kd_lighting.power */
+    uint32_t settling;     /* frames until light has found its level after it began anew */
     bool feeds;            /* entries of the frames before are there to be sent out */
     bool again;            /* this frame injects a second time, with entries of its own */
 } kd_bounce;

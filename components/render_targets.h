@@ -29,7 +29,6 @@ typedef struct kd_lighting {
     kd_gpu_buffer lights;                           /* kd_lights_params, uniform block KD_BIND_LIGHTS */
     kd_gpu_texture shadow_directional, shadow_spot; /* depth arrays, units KD_UNIT_SHADOW_* */
     uint32_t light_count, directional_count;        /* directional lights come first */
-    float power; /* of all lights: sum of intensity times luminance of colour, lx and cd alike */
     void *internal;
 } kd_lighting;
 KD_COMPONENT_DECLARE(kd_lighting);

@@ -16,9 +16,17 @@
 #include "runtime/gpu/work_list.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/bounce.h"
+#include "components/light.h"
+#include "components/scene_store.h"
+#include "components/transform.h"
+#include "components/voxel_scene.h"
+#include "systems/bounce/sources.h"
 
 /* Every cell has its turn in this many frames while light feeds itself. */
 static const uint32_t TURNS = 4;
+
+/* Frames in which every cell gathers after light has begun anew: what is left to come is then a hundredth. */
+static const uint32_t SETTLING = 3;
 
 typedef struct bounce_state {
     kd_tree_program gather;
@@ -29,14 +37,6 @@ typedef struct bounce_state {
 static bool keeps_entries(const kd_frame *frame)
 {
     return frame->settings.light_bounces >= KD_BOUNCES_TWO;
-}
-
-/* Lights that are switched on or off, or flash, start anew: what went round before is of no use. */
-static bool lights_have_jumped(kd_bounce *bounce, float power)
-{
-    float before = bounce->power;
-    bounce->power = power;
-    return fabsf(power - before) > 0.2f * fmaxf(power, before);
 }
 
 static void prepare(kd_system_context *context)
@@ -57,10 +57,11 @@ static void prepare(kd_system_context *context)
         bounce->frame = 2 * KD_BOUNCE_MAX_TURNS * TURNS; /* zeroed entries are old */
     }
     bounce->frame++;
-    bool jumped = lights_have_jumped(bounce, kd_singleton(context->world, kd_lighting)->power);
+    bool jumped = light_sources_jumped(context->user, context->world);
     bounce->feeds = endless && !made && !jumped;
     bounce->again = keeps && !bounce->feeds;
-    bounce->period = bounce->feeds ? TURNS : 1;
+    bounce->settling = bounce->feeds ? bounce->settling - (bounce->settling > 0) : SETTLING;
+    bounce->period = bounce->settling > 0 ? 1 : TURNS;
 }
 
 static bool keeps(kd_system_context *context)
@@ -140,22 +141,42 @@ static void fini(kd_system_context *context)
     free(state);
 }
 
+static kd_status init_sources(kd_system_context *context)
+{
+    return light_sources_init(context->user, context->world);
+}
+
+static void fini_sources(kd_system_context *context)
+{
+    light_sources_fini(context->user);
+    free(context->user);
+}
+
 kd_status kd_bounce_import(kd_schedule *s)
 {
     bounce_state *state = calloc(1, sizeof *state);
-    if (!state)
+    light_sources *sources = calloc(1, sizeof *sources);
+    if (!state || !sources) {
+        free(state);
+        free(sources);
         return KD_NO_MEMORY;
-    kd_status status = kd_schedule_add(s, &(kd_system_desc){
-                                              .name = "bounce_prepare",
-                                              .phase = KD_PHASE_VOXEL_TRANSFORM,
-                                              .where = KD_ON_GPU,
-                                              .components = {KD_USES(kd_svo), KD_USES(kd_frame),
-                                                             KD_USES(kd_lighting), KD_CHANGES(kd_bounce)},
-                                              .resources = {{"bounce", KD_USE_COPY_WRITE}},
-                                              .run_if = kd_frame_needs_voxels,
-                                              .no_commands = true,
-                                              .run = prepare,
-                                          });
+    }
+    kd_status status = kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "bounce_prepare",
+               .phase = KD_PHASE_VOXEL_TRANSFORM,
+               .where = KD_ON_GPU,
+               .components = {KD_USES(kd_svo), KD_USES(kd_frame), KD_USES(kd_voxel_scene),
+                              KD_USES(kd_scene_store), KD_USES(kd_light), KD_USES(kd_world_transform),
+                              KD_USES(kd_sky), KD_CHANGES(kd_bounce)},
+               .resources = {{"bounce", KD_USE_COPY_WRITE}},
+               .run_if = kd_frame_needs_voxels,
+               .no_commands = true,
+               .run = prepare,
+               .init = init_sources,
+               .fini = fini_sources,
+               .user = sources,
+           });
     if (status)
         return status;
     return kd_schedule_add(

@@ -143,8 +143,8 @@ static void add_local_shadow(shadow_state *s, struct kd_light_params *p, const k
     }
 }
 
-static void add_light(shadow_state *s, kd_lighting *lighting, const kd_light *light, const kd_mat4 *world,
-                      const kd_view *view, const kd_frame *frame, const shadow_bounds *bounds)
+static void add_light(shadow_state *s, const kd_light *light, const kd_mat4 *world, const kd_view *view,
+                      const kd_frame *frame, const shadow_bounds *bounds)
 {
     if (s->lights.count.x == KD_MAX_LIGHTS) {
         warn_once(&s->warned_lights, "lights: only the first %u lights shine; remove some", KD_MAX_LIGHTS);
@@ -152,7 +152,6 @@ static void add_light(shadow_state *s, kd_lighting *lighting, const kd_light *li
     }
     struct kd_light_params *p = &s->lights.light[s->lights.count.x++];
     *p = kd_light_params_make(light, world);
-    lighting->power += light->intensity * kd_vec3_dot(light->color, (kd_vec3){0.2126f, 0.7152f, 0.0722f});
     if (light->no_shadow || bounds->empty)
         return;
     if (light->type == KD_DIRECTIONAL)
@@ -161,15 +160,15 @@ static void add_light(shadow_state *s, kd_lighting *lighting, const kd_light *li
         add_local_shadow(s, p, light, bounds);
 }
 
-static void add_lights(shadow_state *s, kd_lighting *lighting, bool directional, const kd_view *view,
-                       const kd_frame *frame, const shadow_bounds *bounds)
+static void add_lights(shadow_state *s, bool directional, const kd_view *view, const kd_frame *frame,
+                       const shadow_bounds *bounds)
 {
     for (kd_iter it = kd_query_iter(s->query); kd_iter_next(&it);) {
         const kd_light *lights = KD_COLUMN(&it, kd_light, 0);
         const kd_world_transform *worlds = KD_COLUMN(&it, kd_world_transform, 1);
         for (uint32_t i = 0; i < it.count; i++)
             if ((lights[i].type == KD_DIRECTIONAL) == directional)
-                add_light(s, lighting, &lights[i], &worlds[i].matrix, view, frame, bounds);
+                add_light(s, &lights[i], &worlds[i].matrix, view, frame, bounds);
     }
 }
 
@@ -208,13 +207,12 @@ void shadow_lights_run(kd_system_context *context)
     shadow_state *s = lighting->internal;
     shadow_bounds bounds = {list->bounds_min_ws, list->bounds_max_ws, list->draw_count == 0};
     begin_lights(s, frame);
-    lighting->power = 0;
     fill_view(s, view, frame, &bounds);
-    add_lights(s, lighting, true, view, frame, &bounds);
+    add_lights(s, true, view, frame, &bounds);
     lighting->directional_count = s->lights.count.x;
     float lamp = KD_LAMP_SIZE * kd_vec3_length(kd_vec3_sub(bounds.high, bounds.low));
     s->lights.kinds = (struct kd_gl_vec4){(float)s->lights.count.x, fmaxf(lamp * lamp, 1e-20f), 0, 0};
-    add_lights(s, lighting, false, view, frame, &bounds);
+    add_lights(s, false, view, frame, &bounds);
     lighting->light_count = s->lights.count.x;
     if (shadow_cull(s, w, list, kd_singleton(w, kd_scene_store)) == KD_OK)
         return;
