@@ -76,20 +76,23 @@ static void make_once(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
     finish(gpu, state, svo);
 }
 
-/* Room for nodes and cells, or for as many as there may be. */
-static void reserve(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, uint64_t nodes,
-                    uint64_t cells)
+/* Room for nodes and cells, or for as many as there may be. Where there is no memory for it, what is there
+ * has to do. */
+static kd_status reserve(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
+                         uint64_t nodes, uint64_t cells)
 {
     uint64_t most_nodes = svo_most_nodes(svo), most_cells = svo->most_bytes / (KD_SUM_WORDS * 4);
     state->nodes.wanted = (uint32_t)(nodes < most_nodes ? nodes : most_nodes);
     state->sums.wanted = (uint32_t)(cells < most_cells ? cells : most_cells);
-    svo_reserve_nodes(gpu, svo, state->nodes.wanted);
-    svo_reserve_sums(gpu, svo, state->sums.wanted);
+    kd_status nodes_made = svo_reserve_nodes(gpu, svo, state->nodes.wanted);
+    kd_status sums_made = svo_reserve_sums(gpu, svo, state->sums.wanted);
     svo->dynamic_room = svo->sum_capacity;
     svo_write_params(gpu, svo, scene);
+    return nodes_made ? nodes_made : sums_made;
 }
 
-/* Twice the room where there was too little; false when all had room, or no more is to be had. */
+/* Twice the room where there was too little; false when all had room, or no more is to be had. Asked in every
+ * frame, since another pose may need more: these builds make everything anew and read their counters. */
 static bool grow(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t nodes = svo->node_capacity, cells = svo->dynamic_room;
@@ -99,14 +102,14 @@ static bool grow(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scen
     bool short_of_cells = svo_read_counter(gpu, svo, KD_COUNT_FRESH) > cells;
     if (!short_of_nodes && !short_of_cells)
         return false;
-    reserve(gpu, state, svo, scene, short_of_nodes ? 2ull * nodes : nodes,
-            short_of_cells ? 2ull * cells : cells);
+    kd_status made = reserve(gpu, state, svo, scene, short_of_nodes ? 2ull * nodes : nodes,
+                             short_of_cells ? 2ull * cells : cells);
     if (svo->node_capacity > nodes || svo->dynamic_room > cells)
         return true;
     svo_say_once(state, SVO_SAID_TAKEN,
-                 "octree: more than %u nodes or %u cells find no room; what comes last is left out; raise "
-                 "svo.memory or voxels.span",
-                 nodes, cells);
+                 "octree: %s more than %u nodes and %u cells; what comes last is left out; raise %s",
+                 made ? "no memory for" : "no room for", nodes, cells,
+                 made ? "voxels.span" : "svo.memory or voxels.span");
     return false;
 }
 
@@ -119,5 +122,5 @@ void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     do {
         svo_empty_nodes(gpu, state, svo);
         make_once(gpu, state, svo, scene, fill);
-    } while (pages->changed && grow(gpu, state, svo, scene));
+    } while (grow(gpu, state, svo, scene));
 }

@@ -249,6 +249,78 @@ static void levels_make_the_reference(void **state)
     (void)state, makes_the_reference(KD_SVO_BUILD_LEVELS);
 }
 
+/* ---- contention ---- */
+
+static char *read_text(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    char *text = calloc(1, 1 << 16);
+    assert_non_null(text);
+    assert_in_range(fread(text, 1, (1 << 16) - 1, file), 1, (1 << 16) - 2);
+    fclose(file);
+    return text;
+}
+
+static void put_replaced(FILE *file, const char *text, const char *what, const char *with)
+{
+    const char *at = strstr(text, what);
+    assert_non_null(at);
+    fprintf(file, "%.*s%s", (int)(at - text), text, with);
+    fputs(at + strlen(what), file);
+}
+
+enum { LOST_WORD = 63 }; /* of the counters: nobody else's */
+
+/* A copy of the shaders in which a voxel that finds a word locked looks no second time, and is counted. */
+static void copy_impatient_shaders(char folder[32])
+{
+    char command[512], path[256];
+    strcpy(folder, "/tmp/kandil_takes_XXXXXX");
+    assert_non_null(mkdtemp(folder));
+    snprintf(command, sizeof command, "cp -r '%s/shaders' '%s'", KD_SOURCE_DIR, folder);
+    assert_int_equal(system(command), 0);
+    snprintf(path, sizeof path, "%s/shaders/svo/taken_add.comp", folder);
+    char *text = read_text(path), *half = calloc(1, 1 << 17);
+    assert_non_null(half);
+    FILE *memory = fmemopen(half, 1 << 17, "w"), *file;
+    assert_non_null(memory);
+    put_replaced(memory, text, "KD_TAKE_TRIES 64u", "KD_TAKE_TRIES 1u");
+    fclose(memory);
+    file = fopen(path, "wb");
+    assert_non_null(file);
+    put_replaced(file, half, "counters[KD_COUNT_LEFT] = 1u;",
+                 "{ counters[KD_COUNT_LEFT] = 1u; atomicAdd(counters[63], 1u); }");
+    fclose(file);
+    free(text);
+    free(half);
+}
+
+/* Sixteen voxels in a row want the same new nodes at once: without patience thousands lose, and further
+ * passes bring every one of them in. */
+static void voxels_that_lose_a_lock_come_in_later(void **state)
+{
+    static const uint32_t leaf_levels[] = {8, 9};
+    char folder[32], command[64];
+    (void)state;
+    copy_impatient_shaders(folder);
+    assert_int_equal(setenv("KANDIL_SHADER_DIR", folder, 1), 0);
+    for (int i = 0; i < 2; i++) {
+        uint32_t lost = 0;
+        cloud crowd = make_cloud(leaf_levels[i], 20000, 200, 29);
+        for (uint32_t n = 0; n < crowd.count; n++)
+            crowd.voxels[n][0] = crowd.voxels[n / 16 * 16][0];
+        tree_case t = open_case(KD_SVO_BUILD_ATOMIC, 0, crowd);
+        kd_gpu_read_buffer(voxel_gpu, voxel_svo(&t.v)->counters, LOST_WORD * 4, &lost, sizeof lost);
+        assert_true(lost > 100);
+        assert_whole(&t);
+        close_case(&t);
+    }
+    assert_int_equal(unsetenv("KANDIL_SHADER_DIR"), 0);
+    snprintf(command, sizeof command, "rm -r '%s'", folder);
+    assert_int_equal(system(command), 0);
+}
+
 /* ---- too little room ---- */
 
 static uint32_t count_text(const char *text, const char *what)
@@ -403,6 +475,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(orderfree_makes_the_reference),
         cmocka_unit_test(atomic_makes_the_reference),
+        cmocka_unit_test(voxels_that_lose_a_lock_come_in_later),
         cmocka_unit_test(levels_make_the_reference),
         cmocka_unit_test(orderfree_without_room_keeps_the_inner_cascades),
         cmocka_unit_test(atomic_without_room_keeps_a_part),
