@@ -60,7 +60,7 @@ KD_COMPONENT_DECLARE(kd_picture);
 /* Resources "tree.*", the voxel systems. `uniform` is block KD_BIND_TREE; textures go to KD_UNIT_TREE_*. */
 typedef struct kd_tree {
     kd_gpu_buffer uniform;
-    kd_gpu_texture radiance, index, nodes, leaves, data;
+    kd_gpu_texture radiance, depth, index, nodes, leaves, data;
     uint32_t cascade_count, resolution, dense_resolution;
     float span_m[4];
     uint64_t leaf_cells, node_count; /* of a recent frame: counts come back without a wait */

@@ -48,6 +48,7 @@ typedef struct kd_svo {
     kd_gpu_buffer uniform;          /* "tree.uniform": kd_tree_params */
     kd_gpu_buffer masks;            /* "svo.masks": leaf cells of the static layer */
     kd_gpu_buffer moving;           /* "svo.masks": those of the dynamic layer, then their ranks */
+    bool glows;                     /* there is room for static cells' emission: something glows */
     bool has_moving;                /* there is room for them: something moves, or did lately */
     kd_gpu_buffer fresh;            /* static cells that are built anew: mask, then ranks */
     kd_gpu_buffer level_masks[2];   /* "svo.levels": both layers joined, this frame's and the last's */
@@ -60,7 +61,8 @@ typedef struct kd_svo {
         static_emission;         /* "svo.cells": static cells, eight siblings at a time as leaves are */
     kd_gpu_buffer dynamic_cells; /* in the order of their mask bits */
     kd_gpu_buffer index, nodes, leaves, data; /* "tree.nodes", "tree.leaves", "tree.data" */
-    kd_gpu_texture atlas;                     /* "tree.radiance" */
+    kd_gpu_texture atlas, depths; /* "tree.radiance": words of the dense levels, shaders/include/atlas.glsl */
+    kd_gpu_texture atlas_view, depths_view; /* the same as they are sampled */
 } kd_svo;
 KD_COMPONENT_DECLARE(kd_svo);
 

@@ -31,6 +31,7 @@ void kd_tree_bind(kd_gpu *gpu, const kd_tree *tree)
 {
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, tree->uniform, 0, sizeof(struct kd_tree_params));
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_RADIANCE, tree->radiance);
+    kd_gpu_bind_texture(gpu, KD_UNIT_TREE_DEPTH, tree->depth);
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_INDEX, tree->index);
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_NODES, tree->nodes);
     kd_gpu_bind_texture(gpu, KD_UNIT_TREE_LEAVES, tree->leaves);

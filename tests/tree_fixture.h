@@ -17,8 +17,8 @@ typedef struct tree_copy {
     uint32_t *data;                        /* by number: 2 words, levels from 1 on, `capacity` a level */
     uint32_t *nodes, *index;
     uint32_t capacity;
-    uint16_t *atlas;
-    size_t atlas_bytes;
+    uint32_t *atlas, *depths; /* words of the dense levels' radiance and depths */
+    size_t atlas_words, depth_words;
 } tree_copy;
 
 static inline int tree_compare(const void *a, const void *b)
@@ -132,15 +132,18 @@ static inline tree_copy tree_read(voxel_world *v)
     t.still = voxel_read_mask(v, KD_LAYER_STATIC);
     t.leaves = voxel_read(svo->leaves, 0, cap * 64);
     t.surface = voxel_read(svo->static_surface, 0, cap * 64);
-    t.emission = voxel_read(svo->static_emission, 0, cap * 64);
+    t.emission = svo->glows ? voxel_read(svo->static_emission, 0, cap * 64) : calloc(cap, 64);
+    assert_non_null(t.emission);
     t.data = voxel_read(svo->data, 0, inner * cap * 8);
     t.nodes = voxel_read(svo->nodes, 0, inner * cap * 32);
     t.index = voxel_read(svo->index, 0, (size_t)svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE * 4);
-    t.atlas_bytes =
-        (size_t)KD_DENSE * KD_DENSE * (svo->cascades * 6 * KD_ATLAS_BLOCK + 6 * (KD_DENSE / 2)) * 8;
-    t.atlas = malloc(t.atlas_bytes);
-    assert_non_null(t.atlas);
-    kd_gpu_read_texture(voxel_gpu, svo->atlas, 0, t.atlas, t.atlas_bytes);
+    t.atlas_words = (size_t)KD_DENSE * KD_DENSE * KD_ATLAS_SLICES(svo->cascades, 6);
+    t.depth_words = (size_t)KD_DENSE * KD_DENSE * KD_ATLAS_SLICES(svo->cascades, 2);
+    t.atlas = malloc(t.atlas_words * 4);
+    t.depths = malloc(t.depth_words * 4);
+    assert_true(t.atlas && t.depths);
+    kd_gpu_read_texture(voxel_gpu, svo->atlas, 0, t.atlas, t.atlas_words * 4);
+    kd_gpu_read_texture(voxel_gpu, svo->depths, 0, t.depths, t.depth_words * 4);
     tree_assert_books(v, &t);
     tree_assert_links(&t);
     return t;
@@ -153,12 +156,13 @@ static inline void tree_free(tree_copy *t)
         free(t->codes[l]);
         free(t->numbers[l]);
     }
-    void *held[] = {t->still, t->leaves, t->surface, t->emission, t->data, t->nodes, t->index, t->atlas};
+    void *held[] = {t->still, t->leaves, t->surface, t->emission, t->data,
+                    t->nodes, t->index,  t->atlas,   t->depths};
     for (size_t i = 0; i < sizeof held / sizeof *held; i++)
         free(held[i]);
 }
 
-/* Static cell of leaf k of leaf parent i: albedo, normal, emission, weight. */
+/* Static cell of leaf k of leaf parent i: surface (albedo, normal, weight), emission, area. */
 static inline void tree_static_cell(const tree_copy *t, uint32_t i, uint32_t k, uint32_t cell[4])
 {
     size_t slot = (size_t)t->numbers[t->levels - 1][i] * 8 + k;
@@ -186,6 +190,15 @@ static inline void tree_assert_same_leaves(const tree_copy *a, const tree_copy *
         }
 }
 
+static inline void tree_assert_same_dense(const char *what, const uint32_t *a, const uint32_t *b,
+                                          size_t words)
+{
+    for (size_t i = 0; i < words; i++)
+        if (a[i] != b[i])
+            fail_msg("%s of the dense levels, texel %zu %zu %zu: %08x, expected %08x", what, i % KD_DENSE,
+                     i / KD_DENSE % KD_DENSE, i / KD_DENSE / KD_DENSE, a[i], b[i]);
+}
+
 /* The same tree, whatever the numbers of its nodes; `lit`: light was injected and filtered. */
 static inline void tree_assert_same(const tree_copy *a, const tree_copy *b, bool lit)
 {
@@ -202,11 +215,10 @@ static inline void tree_assert_same(const tree_copy *a, const tree_copy *b, bool
                 fail_msg("level %u, node %x: %08x %08x, expected %08x %08x", l, a->codes[l][i], x[0], x[1],
                          y[0], y[1]);
         }
-    for (size_t i = 0; i < a->atlas_bytes / 2 && lit; i++)
-        if (a->atlas[i] != b->atlas[i])
-            fail_msg("atlas texel %zu %zu %zu, channel %zu: %04x, expected %04x", i / 4 % KD_DENSE,
-                     i / 4 / KD_DENSE % KD_DENSE, i / 4 / KD_DENSE / KD_DENSE, i % 4, a->atlas[i],
-                     b->atlas[i]);
+    if (lit)
+        tree_assert_same_dense("radiance", a->atlas, b->atlas, a->atlas_words);
+    if (lit)
+        tree_assert_same_dense("depth", a->depths, b->depths, a->depth_words);
 }
 
 #endif

@@ -58,6 +58,7 @@
     X(Finish, FINISH)                                                                                        \
     X(Flush, FLUSH)                                                                                          \
     X(FrontFace, FRONTFACE)                                                                                  \
+    X(GenTextures, GENTEXTURES)                                                                              \
     X(GenerateTextureMipmap, GENERATETEXTUREMIPMAP)                                                          \
     X(GetError, GETERROR)                                                                                    \
     X(GetInteger64v, GETINTEGER64V)                                                                          \
@@ -101,6 +102,7 @@
     X(TextureStorage3D, TEXTURESTORAGE3D)                                                                    \
     X(TextureSubImage2D, TEXTURESUBIMAGE2D)                                                                  \
     X(TextureSubImage3D, TEXTURESUBIMAGE3D)                                                                  \
+    X(TextureView, TEXTUREVIEW)                                                                              \
     X(UnmapNamedBuffer, UNMAPNAMEDBUFFER)                                                                    \
     X(UseProgram, USEPROGRAM)                                                                                \
     X(VertexArrayAttribBinding, VERTEXARRAYATTRIBBINDING)                                                    \

@@ -141,6 +141,8 @@ typedef enum kd_texture_format {
     KD_R8UI,
     KD_RG16UI,
     KD_R16UI,
+    KD_RGB9E5, /* 9 bits a channel under a shared power of two; no image: write it through a view as KD_R32UI
+                */
     KD_TEXTURE_FORMAT_COUNT
 } kd_texture_format;
 typedef enum kd_filter {
@@ -162,6 +164,9 @@ typedef struct kd_gpu_texture_desc {
     const char *name;
 } kd_gpu_texture_desc;
 kd_gpu_texture kd_gpu_make_texture(kd_gpu *gpu, const kd_gpu_texture_desc *desc);
+/** See what a texture holds in another format of as many bytes a texel. Of the desc format, filter, wrap_*
+ * and name count. The view holds no memory; destroy it before the texture. */
+kd_gpu_texture kd_gpu_make_texture_view(kd_gpu *gpu, kd_gpu_texture of, const kd_gpu_texture_desc *desc);
 void kd_gpu_destroy_texture(kd_gpu *gpu, kd_gpu_texture texture);
 void kd_gpu_write_texture(kd_gpu *gpu, kd_gpu_texture texture, uint32_t level, uint32_t layer,
                           const void *data, size_t size);
@@ -189,10 +194,10 @@ typedef struct kd_gpu_program_desc {
  */
 kd_gpu_program kd_gpu_make_program(kd_gpu *gpu, const kd_gpu_program_desc *desc);
 void kd_gpu_destroy_program(kd_gpu *gpu, kd_gpu_program program);
-/** Compile every program anew whose source has changed: for whoever edits shaders. Handles stay; a program that
- * does not compile stays what it was, and that counts as no failure of the GPU. changed  called with the path
- * of each that was changed (of its fragment shader when it draws), may be NULL. *count  of these
- *  Errors  GPU when one could not be made; each is logged */
+/** Compile every program anew whose source has changed: for whoever edits shaders. Handles stay; a program
+ * that does not compile stays what it was, and that counts as no failure of the GPU. changed  called with the
+ * path of each that was changed (of its fragment shader when it draws), may be NULL. *count  of these Errors
+ * GPU when one could not be made; each is logged */
 kd_status kd_gpu_reload_programs(kd_gpu *gpu, void (*changed)(void *user, const char *path), void *user,
                                  uint32_t *count);
 

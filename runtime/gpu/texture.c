@@ -29,6 +29,7 @@ static const gpu_format formats[KD_TEXTURE_FORMAT_COUNT] = {
     [KD_R8UI] = {GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE, 1, 1, 0, 1, 1, "R8UI"},
     [KD_RG16UI] = {GL_RG16UI, GL_RG_INTEGER, GL_UNSIGNED_SHORT, 4, 1, 0, 1, 1, "RG16UI"},
     [KD_R16UI] = {GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, 2, 1, 0, 1, 1, "R16UI"},
+    [KD_RGB9E5] = {GL_RGB9_E5, GL_RGB, GL_UNSIGNED_INT_5_9_9_9_REV, 4, 0, 0, 0, 0, "RGB9E5"},
 };
 
 const gpu_format *gpu_get_format(kd_texture_format format)
@@ -202,6 +203,30 @@ kd_gpu_texture kd_gpu_make_texture(kd_gpu *gpu, const kd_gpu_texture_desc *desc)
     if (desc->data && desc->generate_mips && texture.levels > 1)
         gpu->gl.GenerateTextureMipmap(texture.gl);
     return keep(gpu, &texture);
+}
+
+kd_gpu_texture kd_gpu_make_texture_view(kd_gpu *gpu, kd_gpu_texture of, const kd_gpu_texture_desc *desc)
+{
+    const gpu_texture *source = gpu_get_texture(gpu, of, "make_texture_view");
+    const gpu_format *row = gpu_get_format(desc->format);
+    if (!source)
+        return (kd_gpu_texture){0};
+    gpu_texture view = *source;
+    view.format = desc->format;
+    view.bytes = 0;
+    gpu_copy_name(view.name, desc->name, "texture view");
+    uint32_t layers = view.kind == KD_TEXTURE_3D ? 1 : view.depth;
+    gpu_drain_errors(gpu);
+    gpu->gl.GenTextures(1, &view.gl); /* a name alone: TextureView gives it its target */
+    gpu->gl.TextureView(view.gl, view.target, source->gl, row->internal, 0, view.levels, 0, layers);
+    if (gpu->gl.GetError() != GL_NO_ERROR) {
+        gpu->gl.DeleteTextures(1, &view.gl);
+        gpu_fail(gpu, "texture %s: the driver does not show %s as %s", view.name,
+                 gpu_get_format(source->format)->name, row->name);
+        return (kd_gpu_texture){0};
+    }
+    set_sampling(gpu, &view, desc);
+    return keep(gpu, &view);
 }
 
 kd_gpu_texture kd_gpu_make_texel_buffer(kd_gpu *gpu, kd_gpu_buffer handle, kd_texture_format format)

@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 layout(std140, binding = KD_BIND_PASS) uniform pass_block { kd_bounce_params pass; };
 layout(std430, binding = 1) buffer bounce_block { uint entries[]; };
 layout(std430, binding = 2) readonly buffer masks_block { uint masks[]; };
-layout(binding = KD_UNIT_TREE_RADIANCE) uniform sampler3D tree_atlas;
+layout(binding = KD_UNIT_TREE_DEPTH) uniform sampler3D tree_depths;
 
 // Cells without matter on a side are not asked what arrives there.
 const float LEAST_DEPTH = 0.05;
@@ -18,7 +18,8 @@ const float LEAST_DEPTH = 0.05;
 bool side_has_matter(ivec3 wrapped, uint cascade, int side)
 {
     int direction = side ^ 1; // rays against the side's normal
-    return texelFetch(tree_atlas, wrapped + ivec3(0, 0, (int(cascade) * 6 + direction) * KD_ATLAS_BLOCK + 1), 0).a > LEAST_DEPTH;
+    vec3 depths = texelFetch(tree_depths, wrapped + ivec3(0, 0, (int(cascade) * 2 + (direction & 1)) * KD_ATLAS_BLOCK + 1), 0).rgb;
+    return depths[direction >> 1] > LEAST_DEPTH;
 }
 
 void list_sides(uint code, uint cascade, ivec3 wrapped, uint at)

@@ -28,12 +28,12 @@ vec3 cell_low(cell_place at) { return tree.cascade[at.cascade].xyz + vec3(at.cel
 // One direction of a dense cell, or of one above the outermost cascade; layout: KD_ATLAS_BLOCK in shaders/shared/voxel.h.
 vec4 dense_fetch(cell_place at, int direction)
 {
-    int mip = at.level - KD_SPARSE_LEVELS;
-    if (mip == 0)
-        return texelFetch(tree_atlas, tree_wrap(at.cascade, at.level, at.cell) +
-                                          ivec3(0, 0, (at.cascade * 6 + direction) * KD_ATLAS_BLOCK + 1), 0);
-    int first = tree_cascades() * 6 * KD_ATLAS_BLOCK + direction * (KD_DENSE / 2);
-    return texelFetch(tree_atlas, at.cell + ivec3(0, KD_DENSE - (2 * KD_DENSE >> mip), first), 0);
+    int mip = at.level - KD_SPARSE_LEVELS, apart = mip == 0 ? KD_ATLAS_BLOCK : KD_DENSE / 2;
+    int before = (mip == 0 ? at.cascade : tree_cascades()) * KD_ATLAS_BLOCK, border = int(mip == 0);
+    ivec3 cell = mip == 0 ? tree_wrap(at.cascade, at.level, at.cell) : at.cell + ivec3(0, KD_DENSE - (2 * KD_DENSE >> mip), 0);
+    vec3 depths = texelFetch(tree_depths, cell + ivec3(0, 0, before * 2 + border + (direction & 1) * apart), 0).rgb;
+    return vec4(texelFetch(tree_atlas, cell + ivec3(0, 0, before * 6 + border + direction * apart), 0).rgb,
+                depths[direction >> 1]);
 }
 
 // (tau S, tau) along its own edge, as a ray along `direction` sees it.

@@ -7,7 +7,7 @@ struct cell_attributes {
     vec3 normal;        // length below 1 where surfaces of several directions meet
     vec3 emission;      // relative to the scene's brightest
     float double_sided; // share
-    uint weight;        // coverage, 256 a whole voxel
+    uint weight;        // coverage, 256 a whole voxel or more of them
     float area;         // that glows with this emission, in faces of a cell
 };
 
@@ -16,10 +16,10 @@ cell_attributes cell_attributes_unpack(uvec4 w)
     cell_attributes a;
     a.albedo = vec3(w.x & 1023u, (w.x >> 10) & 1023u, (w.x >> 20) & 1023u) / 1023.0;
     a.normal = unpackSnorm4x8(w.y).xyz;
-    a.double_sided = float(w.y >> 24) / 255.0;
+    a.double_sided = float(w.x >> 30) / 3.0;
     a.emission = vec3(w.z & 511u, (w.z >> 9) & 511u, (w.z >> 18) & 511u) * (exp2(-float(w.z >> 27)) / 511.0);
-    a.weight = w.w & 0xFFFFu;
-    a.area = float(w.w >> 16) / (256.0 * KD_AREA_ONE);
+    a.weight = (w.y >> 24) + 1u;
+    a.area = float(w.w) / (256.0 * KD_AREA_ONE);
     return a;
 }
 

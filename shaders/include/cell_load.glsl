@@ -1,12 +1,13 @@
 // What a leaf cell of the tree holds, from the buffers of both layers.
 
+#include "shaders/include/tree_params.glsl"
 #include "shaders/include/rank.glsl"
 #include "shaders/include/cell_attributes.glsl"
 
 layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };         // of the static layer
 layout(std430, binding = 2) readonly buffer moving_block { uint moving[]; };       // of the dynamic layer, then its ranks
 layout(std430, binding = 3) readonly buffer surface_block { uvec2 static_surface[]; };  // of static cells, beside their leaves
-layout(std430, binding = 4) readonly buffer emission_block { uvec2 static_emission[]; };
+layout(std430, binding = 4) readonly buffer emission_block { uvec2 static_emission[]; }; // where anything glows
 layout(std430, binding = 5) readonly buffer dynamic_block { uvec4 dynamic_cells[]; };
 
 // Attributes of the leaf at `slot` with mask bit `code`; weight 0 when it is empty. layer_words: of a layer's mask,
@@ -21,7 +22,7 @@ cell_attributes cell_load(uint slot, uint code, uint layer_words, uint dynamic_r
     uint word = code >> 5, bit = 1u << (code & 31u);
     uint s = masks[word], d = dynamic_room != 0u ? moving[word] : 0u;
     if ((s & bit) != 0u)
-        a = cell_attributes_unpack(uvec4(static_surface[slot], static_emission[slot]));
+        a = cell_attributes_unpack(uvec4(static_surface[slot], tree.light.x > 0.0 ? static_emission[slot] : uvec2(0u)));
     if ((d & bit) != 0u) {
         uint rank = rank_below(moving[layer_words + word], d, code);
         if (rank < dynamic_room)

@@ -1,5 +1,6 @@
 // Sums of a cell to attributes of 16 bytes (cell_attributes.glsl unpacks them):
-// albedo 3 x 10 bits | normal 3 x snorm8, share of double-sided voxels unorm8 | emission 3 x 9 bits, halvings 5 | weight, of 256, 16 bits; area of what glows 16 bits
+// albedo 3 x 10 bits, share of double-sided voxels 2 bits | normal 3 x snorm8, weight 8 bits: 1 … 256, what is more counts as
+// that | emission 3 x 9 bits, halvings 5 | area of what glows 16 bits. The last two are 0 where nothing glows.
 // In integers throughout: every driver makes the same bytes, and so does systems/svo/reference.c.
 layout(std430, binding = 1) readonly buffer sums_block { uint sums[]; };
 
@@ -20,6 +21,8 @@ uint pack_emission(uvec3 sum, uint weight)
 {
     uint one = uint(KD_EMISSION_ONE) * weight;
     uint top = max(sum.x, max(sum.y, sum.z)), halvings = 0u, spare = 0u, word = 0u;
+    if (top == 0u)
+        return 0u;
     while (halvings < 31u && top * 256u <= one >> (halvings + 1u))
         halvings++;
     while (one >> spare >= 1u << 22)
@@ -44,5 +47,5 @@ uvec4 cell_attributes_of(uint cell)
                   mean_signed(sums[at + 6u], weight) << 16;
     uint shared_by = emission_weight(sums[at], sums[at + 11u]), area = pack_area(sums[at + 12u], sums[at + 11u], shared_by);
     uint emission = pack_emission(uvec3(sums[at + 7u], sums[at + 8u], sums[at + 9u]), shared_by);
-    return uvec4(albedo, normal | mean(sums[at + 10u] * 255u, weight) << 24, emission, min(sums[at], 65535u) | area << 16);
+    return uvec4(albedo | mean(sums[at + 10u] * 3u, weight) << 30, normal | (min(weight, 256u) - 1u) << 24, emission, area);
 }

@@ -4,9 +4,9 @@ uint rgb9e5_pack(vec3 color)
 {
     vec3 c = clamp(color, 0.0, 65408.0);
     float top = max(max(c.r, c.g), max(c.b, 1e-5));
-    float exponent = clamp(ceil(log2(top)), -15.0, 16.0);
-    uvec3 m = min(uvec3(round(c * exp2(9.0 - exponent))), uvec3(511u));
-    return m.r | m.g << 9 | m.b << 18 | uint(exponent + 15.0) << 27;
+    uint exponent = clamp((floatBitsToUint(top) + 0x7FFFFFu) >> 23, 112u, 143u); // of the power of two that is not below it, + 127
+    uvec3 m = min(uvec3(c * uintBitsToFloat((263u - exponent) << 23) + 0.5), uvec3(511u));
+    return m.r | m.g << 9 | m.b << 18 | (exponent - 112u) << 27;
 }
 
 vec3 rgb9e5_unpack(uint word)

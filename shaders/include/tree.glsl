@@ -12,6 +12,7 @@
 #include "shaders/include/tree_node.glsl"
 
 layout(binding = KD_UNIT_TREE_RADIANCE) uniform sampler3D tree_atlas;
+layout(binding = KD_UNIT_TREE_DEPTH) uniform sampler3D tree_depths;
 layout(binding = KD_UNIT_TREE_INDEX) uniform usamplerBuffer tree_index;
 layout(binding = KD_UNIT_TREE_NODES) uniform usamplerBuffer tree_nodes;
 layout(binding = KD_UNIT_TREE_LEAVES) uniform usamplerBuffer tree_leaves;
@@ -134,32 +135,53 @@ vec4 tree_sample_nodes(int c, int level, vec3 p_ws, vec3 direction)
     return sum;
 }
 
-// One direction's block of the atlas: dense cells of cascade c (mip 0), or level `mip` above the outermost. Coordinates are
-// kept half a cell inside the cascade, then wrapped: along x and y by the sampler, along z by the slices that stand before
-// and behind each block.
-vec4 tree_sample_block(int c, int mip, vec3 cell, int direction)
+// Where the atlas holds dense cells of cascade c (mip 0), or of level `mip` above the outermost, in texels: coordinates are
+// kept half a cell inside the cascade, then wrapped, along x and y by the sampler, along z by the slices that stand before and
+// behind each block. Parts lie `apart` slices behind each other, from `radiance` and `depth` on.
+struct tree_texel {
+    vec3 at;
+    float apart, radiance, depth;
+};
+
+tree_texel tree_texel_of(int c, int mip, vec3 cell)
 {
     float size = float(KD_DENSE >> mip);
-    vec3 at = clamp(cell, vec3(0.5), vec3(size - 0.5));
+    tree_texel t;
+    t.at = clamp(cell, vec3(0.5), vec3(size - 0.5));
     if (mip == 0) {
-        at += vec3((tree.origin[c].xyz >> KD_SPARSE_LEVELS) & (KD_DENSE - 1));
-        at.z -= at.z >= float(KD_DENSE) ? float(KD_DENSE) : 0.0;
-        at.z += float((c * 6 + direction) * KD_ATLAS_BLOCK + 1);
+        t.at += vec3((tree.origin[c].xyz >> KD_SPARSE_LEVELS) & (KD_DENSE - 1));
+        t.at.z -= t.at.z >= float(KD_DENSE) ? float(KD_DENSE) : 0.0;
+        t.apart = float(KD_ATLAS_BLOCK);
+        t.radiance = float(c * 6 * KD_ATLAS_BLOCK + 1);
+        t.depth = float(c * 2 * KD_ATLAS_BLOCK + 1);
     } else {
-        at.y += float(KD_DENSE - (2 * KD_DENSE >> mip));
-        at.z += float(tree_cascades() * 6 * KD_ATLAS_BLOCK + direction * (KD_DENSE / 2));
+        t.at.y += float(KD_DENSE - (2 * KD_DENSE >> mip));
+        t.apart = float(KD_DENSE / 2);
+        t.radiance = float(tree_cascades() * 6 * KD_ATLAS_BLOCK);
+        t.depth = float(tree_cascades() * 2 * KD_ATLAS_BLOCK);
     }
-    return textureLod(tree_atlas, at * tree.atlas.xyz, 0.0);
+    return t;
+}
+
+vec3 tree_texel_depths(tree_texel t, float part)
+{
+    return textureLod(tree_depths, vec3(t.at.xy, t.at.z + t.depth + part * t.apart) * tree.atlas.xyw, 0.0).rgb;
+}
+
+vec3 tree_texel_radiance(tree_texel t, float part)
+{
+    return textureLod(tree_atlas, vec3(t.at.xy, t.at.z + t.radiance + part * t.apart) * tree.atlas.xyz, 0.0).rgb;
 }
 
 vec4 tree_sample_dense(int c, int mip, vec3 p_ws, vec3 direction)
 {
     float edge = tree.cascade[c].w * float(1 << (KD_SPARSE_LEVELS + mip));
-    vec3 cell = (p_ws - tree.cascade[c].xyz) / edge;
-    vec3 weight = abs(direction);
-    return weight.x * tree_sample_block(c, mip, cell, direction.x < 0.0 ? 1 : 0) +
-           weight.y * tree_sample_block(c, mip, cell, direction.y < 0.0 ? 3 : 2) +
-           weight.z * tree_sample_block(c, mip, cell, direction.z < 0.0 ? 5 : 4);
+    tree_texel t = tree_texel_of(c, mip, (p_ws - tree.cascade[c].xyz) / edge);
+    vec3 weight = abs(direction), back = vec3(lessThan(direction, vec3(0.0)));
+    vec3 depths = mix(tree_texel_depths(t, 0.0), tree_texel_depths(t, 1.0), back);
+    vec3 light = weight.x * tree_texel_radiance(t, back.x) + weight.y * tree_texel_radiance(t, 2.0 + back.y) +
+                 weight.z * tree_texel_radiance(t, 4.0 + back.z);
+    return vec4(light, dot(weight, depths));
 }
 
 // Is a value of this lod, in a place whose finest cascade is k (lod >= k), one of leaves or sparse nodes?

@@ -34,6 +34,7 @@
 #define KD_UNIT_GBUFFER_LAYERS 10
 #define KD_UNIT_BLENDED_TINT 11
 #define KD_UNIT_TREE_RADIANCE 10 /* sampler3D: the dense levels, six directions side by side */
+#define KD_UNIT_TREE_DEPTH 18    /* sampler3D: their optical depths, three directions a texel */
 #define KD_UNIT_TREE_INDEX 11    /* usamplerBuffer: node of every dense cell */
 #define KD_UNIT_TREE_NODES 12    /* usamplerBuffer: node words of the sparse levels between dense cells and leaves */
 #define KD_UNIT_TREE_LEAVES 13   /* usamplerBuffer: radiance and optical depth of leaves, eight siblings at a time */

@@ -122,7 +122,7 @@ struct kd_tree_params {
     vec4 light;          /* x: radiance of KD_EMISSION_ONE, y: factor on radiance while it is stored, z: 1 / y */
     /* ---- 208 */
     vec4 centre;         /* xyz: common centre of the cascades ws, w: 1 / half the edge of the finest */
-    vec4 atlas;          /* xyz: 1 / size of the atlas of dense levels */
+    vec4 atlas;          /* xyz: 1 / size of the atlas of dense levels, w: 1 / slices of its depths */
     /* ---- 240 */
 };
 KD_LAYOUT_CHECK(kd_tree_params, 240)
@@ -145,8 +145,10 @@ KD_LAYOUT_CHECK(kd_svo_places, 128)
 #define KD_UP_CELLS 32768u        /* dense cells of a cascade that the next finer one fills */
 
 /* The atlas of dense levels: x and y repeat, so blocks of cascades need no border there; along z each block of 64 slices, one
- * a direction and cascade, has its last slice before it and its first behind it. Levels above the outermost cascade follow. */
+ * a direction and cascade, has its last slice before it and its first behind it. Levels above the outermost cascade follow.
+ * Radiance has six such parts, one a direction; depth two, with rays towards +x +y +z and towards -x -y -z in three channels. */
 #define KD_ATLAS_BLOCK 66
+#define KD_ATLAS_SLICES(cascades, parts) ((cascades) * (parts) * KD_ATLAS_BLOCK + (parts) * (KD_DENSE / 2))
 
 /* Counters of the build (words of the counter buffer). Up to KD_COUNT_TRANSIENT they go from frame to frame. */
 #define KD_COUNT_STATIC 0       /* occupied cells of the static layer */

@@ -11,11 +11,12 @@ layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level abov
 
 ivec3 low; // of the eight, from the low corner
 
-ivec3 source_place(ivec3 offset, int direction)
+atlas_cell source_place(ivec3 offset)
 {
     uint outer = places.size.w - 1u;
-    return pass.x == 1u ? atlas_place(outer, ivec3(dense_wrap(outer, low + offset)), direction)
-                        : atlas_place_above(places.size.w, pass.x - 1u, low + offset, direction);
+    if (pass.x == 1u)
+        return atlas_place(outer, ivec3(dense_wrap(outer, low + offset)));
+    return atlas_place_above(places.size.w, pass.x - 1u, low + offset);
 }
 
 void main()
@@ -27,8 +28,5 @@ void main()
         code = book[places.words.z + code];
     ivec3 cell = ivec3(morton_decode(code));
     low = cell * 2;
-    for (int axis = 0; axis < 3; axis++) {
-        imageStore(atlas, atlas_place_above(places.size.w, pass.x, cell, 2 * axis), along(axis, false));
-        imageStore(atlas, atlas_place_above(places.size.w, pass.x, cell, 2 * axis + 1), along(axis, true));
-    }
+    put_mean_of_eight(atlas_place_above(places.size.w, pass.x, cell));
 }

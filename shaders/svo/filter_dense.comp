@@ -23,10 +23,9 @@ void main()
     else
         load_nodes(number, below.y, below.z);
     ivec3 cell = ivec3(morton_decode(code & ((1u << (3 * KD_DENSE_LOG2)) - 1u)));
-    for (uint axis = 0u; axis < 3u; axis++) {
-        atlas_store(c, cell, int(2u * axis), along(axis, false));
-        atlas_store(c, cell, int(2u * axis + 1u), along(axis, true));
-    }
+    atlas_cell at = atlas_place(c, cell);
+    atlas_put(at, 0, along(0u, false), along(1u, false), along(2u, false));
+    atlas_put(at, 1, along(0u, true), along(1u, true), along(2u, true));
     note_filled(code, number != KD_EMPTY);
     change_coarser(c, cell);
 }

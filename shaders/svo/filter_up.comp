@@ -10,9 +10,9 @@ layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: cascade
 
 ivec3 low; // of the eight, from the finer cascade's low corner
 
-ivec3 source_place(ivec3 offset, int direction)
+atlas_cell source_place(ivec3 offset)
 {
-    return atlas_place(pass.x - 1u, ivec3(dense_wrap(pass.x - 1u, low + offset)), direction);
+    return atlas_place(pass.x - 1u, ivec3(dense_wrap(pass.x - 1u, low + offset)));
 }
 
 void main()
@@ -23,13 +23,6 @@ void main()
     uint code = book[places.others.z + c * KD_UP_CELLS + entry];
     ivec3 cell = ivec3(morton_decode(code));
     low = (dense_unwrap(c, uvec3(cell)) - KD_DENSE / 4) * 2;
-    bool filled = false;
-    for (int axis = 0; axis < 3; axis++) {
-        vec4 forth = along(axis, false), back = along(axis, true);
-        filled = filled || forth.a > 0.0 || back.a > 0.0;
-        atlas_store(c, cell, 2 * axis, forth);
-        atlas_store(c, cell, 2 * axis + 1, back);
-    }
-    note_filled(c << (3 * KD_DENSE_LOG2) | code, filled);
+    note_filled(c << (3 * KD_DENSE_LOG2) | code, put_mean_of_eight(atlas_place(c, cell)));
     change_coarser(c, cell);
 }

@@ -6,13 +6,14 @@ layout(local_size_x = 64) in;
 #include "shaders/include/svo_book.glsl"
 #include "shaders/include/rank.glsl"
 #include "shaders/include/cell_pack.glsl"
+#include "shaders/include/tree_params.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: first cell of this round, y: cells of it, z: where the ranks begin, w: level of the leaf parents
 layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
 layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
 layout(std430, binding = 2) readonly buffer fresh_block { uint fresh[]; }; // mask, then ranks
-layout(std430, binding = 3) writeonly buffer surface_block { uvec2 surface[]; };   // albedo, normal
-layout(std430, binding = 4) writeonly buffer emission_block { uvec2 emission[]; }; // emission, weight
+layout(std430, binding = 3) writeonly buffer surface_block { uvec2 surface[]; };   // albedo, normal, weight
+layout(std430, binding = 4) writeonly buffer emission_block { uvec2 emission[]; }; // emission, area; where anything glows
 
 #include "shaders/include/stale.glsl"
 
@@ -32,5 +33,6 @@ void main()
         return;
     uvec4 cell = cell_attributes_of(rank - pass.x);
     surface[number * 8u + k] = cell.xy;
-    emission[number * 8u + k] = cell.zw;
+    if (tree.light.x > 0.0)
+        emission[number * 8u + k] = cell.zw;
 }

@@ -11,7 +11,8 @@ static void bind_children(kd_gpu *gpu, const kd_svo *svo)
     kd_gpu_bind_storage(gpu, 4, svo->nodes);
     kd_gpu_bind_storage(gpu, 5, svo->data);
     kd_gpu_bind_storage(gpu, 7, svo->book);
-    kd_gpu_bind_image(gpu, 0, svo->atlas, 0, KD_IMAGE_READ_WRITE, KD_RGBA16F);
+    kd_gpu_bind_image(gpu, 0, svo->atlas, 0, KD_IMAGE_READ_WRITE, KD_R32UI);
+    kd_gpu_bind_image(gpu, 1, svo->depths, 0, KD_IMAGE_READ_WRITE, KD_R32UI);
 }
 
 /* Run a pass over a list of `counter` entries. */

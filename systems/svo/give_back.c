@@ -57,7 +57,7 @@ static bool make_smaller(kd_gpu *gpu, const kd_svo *svo, uint32_t nodes, smaller
     size_t levels = svo_levels(svo), inner = levels > 1 ? levels - 1 : 1;
     *s = (smaller){.places = svo->places, .nodes = nodes};
     size_t book = (size_t)svo_place_nodes(svo, &s->places, nodes) * 4;
-    const size_t sizes[PARTS] = {nodes * 64ul,       nodes * 64ul,      nodes * 64ul,
+    const size_t sizes[PARTS] = {nodes * 64ul,       nodes * 64ul,      svo_emission_bytes(svo, nodes),
                                  inner * nodes * 32, inner * nodes * 8, book};
     bool all = true;
     for (int i = 0; i < PARTS; i++) {
@@ -86,7 +86,7 @@ static void move_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, c
 {
     uint32_t old = svo->node_capacity, leaf_parent = l + 1 == svo_levels(svo);
     const kd_gpu_buffer leaf_parts[] = {svo->leaves, svo->static_surface, svo->static_emission};
-    for (int i = LEAVES; leaf_parent && i <= EMISSION; i++)
+    for (int i = LEAVES; leaf_parent && i <= (svo->glows ? EMISSION : SURFACE); i++)
         move_rows(gpu, state, s, leaf_parts[i], s->made[i], (uint32_t[4]){16, count, 0, 0});
     if (!leaf_parent)
         move_rows(gpu, state, s, svo->nodes, s->made[NODES],

@@ -48,7 +48,8 @@ enum {
     SVO_SAID_DYNAMIC = 2,
     SVO_SAID_NODES = 4,
     SVO_SAID_TAKEN = 8,
-    SVO_SAID_MOVING = 16
+    SVO_SAID_MOVING = 16,
+    SVO_SAID_GLOW = 32
 };
 #define svo_say_once(state, what, ...)                                                                       \
     do {                                                                                                     \
@@ -93,6 +94,10 @@ kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
  * as it was */
 kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted);
 
+/** Make room for what static cells emit, or give it back; none emits anything then. Errors KD_GPU,
+ * KD_NO_MEMORY: as it was */
+kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted);
+
 /** Make room for the masks of so many words of stale patches. */
 kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words);
 
@@ -113,6 +118,11 @@ void svo_view(kd_gpu *gpu, uint32_t *viewed, kd_gpu_texture *texture, kd_gpu_buf
 /** Hand what the tracer reads to kd_tree. */
 void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
                  kd_tree *tree);
+
+static inline size_t svo_emission_bytes(const kd_svo *svo, uint32_t nodes)
+{
+    return svo->glows ? (size_t)nodes * 64 : 4;
+}
 
 static inline uint32_t svo_levels(const kd_svo *svo)
 {

@@ -167,17 +167,18 @@ static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_v
     uint32_t counted = svo_read_counter(gpu, svo, KD_COUNT_NEED), most = svo_most_nodes(svo);
     uint64_t want = (uint64_t)counted + 1024 + scene->pages[KD_LAYER_DYNAMIC].voxel_count;
     state->nodes.wanted = want < most ? (uint32_t)want : most;
+    kd_status made = KD_OK;
     if (state->nodes.wanted > svo->node_capacity) {
         want += want / 4;
-        svo_reserve_nodes(gpu, svo, want < most ? (uint32_t)want : most);
+        made = svo_reserve_nodes(gpu, svo, want < most ? (uint32_t)want : most);
         kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
         svo_write_params(gpu, svo, scene);
     }
     if (counted > svo->node_capacity)
         svo_say_once(state, SVO_SAID_NODES,
-                     "octree: room for %u of %u nodes; those of the outermost cascade "
-                     "stay away; raise svo.memory or voxels.span",
-                     svo->node_capacity, counted);
+                     "octree: %s for %u of %u nodes; those of the outermost cascade stay away; raise %s",
+                     made ? "memory" : "room", svo->node_capacity, counted,
+                     made ? "voxels.span" : "svo.memory or voxels.span");
 }
 
 /* Numbers of the touched leaf parents, from the list of words that the merge left. */

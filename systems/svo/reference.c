@@ -185,6 +185,8 @@ static uint32_t pack_emission(const uint32_t sums[3], uint32_t weight)
     uint32_t top = sums[0], halvings = 0, spare = 0, word = 0;
     for (int k = 1; k < 3; k++)
         top = sums[k] > top ? sums[k] : top;
+    if (!top)
+        return 0;
     while (halvings < 31 && top * 256 <= one >> (halvings + 1))
         halvings++;
     while (one >> spare >= 1u << 22)
@@ -205,12 +207,13 @@ static uint32_t pack_area(uint32_t area, uint32_t emissive, uint32_t shared_by)
 static void pack_cell(const uint32_t sum[KD_SUM_WORDS], uint32_t cell[4])
 {
     uint32_t weight = sum[0] ? sum[0] : 1;
-    cell[0] = mean(sum[1], weight) | mean(sum[2], weight) << 10 | mean(sum[3], weight) << 20;
+    cell[0] = mean(sum[1], weight) | mean(sum[2], weight) << 10 | mean(sum[3], weight) << 20 |
+              mean(sum[10] * 3, weight) << 30;
     cell[1] = mean_signed(sum[4], weight) | mean_signed(sum[5], weight) << 8 |
-              mean_signed(sum[6], weight) << 16 | mean(sum[10] * 255, weight) << 24;
+              mean_signed(sum[6], weight) << 16 | ((weight < 256 ? weight : 256) - 1) << 24;
     uint32_t shared_by = emission_weight(sum[0], sum[11]);
     cell[2] = pack_emission(sum + 7, shared_by);
-    cell[3] = (sum[0] < 65535 ? sum[0] : 65535) | pack_area(sum[12], sum[11], shared_by) << 16;
+    cell[3] = pack_area(sum[12], sum[11], shared_by);
 }
 
 static kd_status build_layer(svo_reference *tree, const svo_reference_source *source, uint32_t layer)

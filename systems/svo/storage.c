@@ -4,11 +4,6 @@
 
 #include "systems/svo/internal.h"
 
-static uint32_t atlas_depth(uint32_t cascades)
-{
-    return cascades * 6 * KD_ATLAS_BLOCK + 6 * (KD_DENSE / 2);
-}
-
 static kd_status make_buffer(kd_gpu *gpu, kd_gpu_buffer *out, size_t size, const char *name)
 {
     *out = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = size, .zeroed = true, .name = name});
@@ -81,6 +76,27 @@ static kd_status make_buffers(kd_gpu *gpu, kd_svo *svo, uint32_t level_words)
     return status;
 }
 
+/* Words as the filter writes them, and a view of these as colours, which are filtered when sampled. */
+static kd_status make_dense(kd_gpu *gpu, uint32_t slices, const char *name, kd_gpu_texture *words,
+                            kd_gpu_texture *view)
+{
+    kd_gpu_texture_desc desc = {.kind = KD_TEXTURE_3D,
+                                .format = KD_R32UI,
+                                .width = KD_DENSE,
+                                .height = KD_DENSE,
+                                .depth = slices,
+                                .wrap_s = KD_REPEAT,
+                                .wrap_t = KD_REPEAT,
+                                .name = name};
+    *words = kd_gpu_make_texture(gpu, &desc);
+    if (!words->id)
+        return KD_GPU;
+    kd_gpu_clear_texture(gpu, *words, 0, NULL);
+    desc.format = KD_RGB9E5;
+    *view = kd_gpu_make_texture_view(gpu, *words, &desc);
+    return view->id ? KD_OK : KD_GPU;
+}
+
 kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t n = scene->cascade_count, level = KD_DENSE_LOG2, first = 0;
@@ -93,19 +109,11 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
         first += n << (3 * level - 5);
     }
     place_cells(svo);
-    svo->atlas = kd_gpu_make_texture(gpu, &(kd_gpu_texture_desc){.kind = KD_TEXTURE_3D,
-                                                                 .format = KD_RGBA16F,
-                                                                 .width = KD_DENSE,
-                                                                 .height = KD_DENSE,
-                                                                 .depth = atlas_depth(n),
-                                                                 .filter = KD_LINEAR,
-                                                                 .wrap_s = KD_REPEAT,
-                                                                 .wrap_t = KD_REPEAT,
-                                                                 .name = "tree.radiance"});
-    if (!svo->atlas.id)
-        return KD_GPU;
-    kd_gpu_clear_texture(gpu, svo->atlas, 0, NULL);
-    kd_status status = make_buffers(gpu, svo, first);
+    kd_status status = make_dense(gpu, KD_ATLAS_SLICES(n, 6), "tree.radiance", &svo->atlas, &svo->atlas_view);
+    if (!status)
+        status = make_dense(gpu, KD_ATLAS_SLICES(n, 2), "tree.depth", &svo->depths, &svo->depths_view);
+    if (!status)
+        status = make_buffers(gpu, svo, first);
     if (status)
         return status;
     kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);
@@ -126,7 +134,9 @@ void svo_destroy(kd_gpu *gpu, kd_svo *svo)
         svo->dynamic_cells,  svo->index,          svo->nodes,   svo->leaves,         svo->data};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         kd_gpu_destroy_buffer(gpu, buffers[i]);
-    kd_gpu_destroy_texture(gpu, svo->atlas);
+    kd_gpu_texture textures[] = {svo->atlas_view, svo->atlas, svo->depths_view, svo->depths};
+    for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
+        kd_gpu_destroy_texture(gpu, textures[i]);
     memset(svo, 0, sizeof *svo);
 }
 
@@ -194,7 +204,8 @@ kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes)
     kd_gpu_buffer made[] = {
         grown(gpu, svo->leaves, 1, old * 64, (size_t)nodes * 64, "tree.leaves"),
         grown(gpu, svo->static_surface, 1, old * 64, (size_t)nodes * 64, "svo.static_surface"),
-        grown(gpu, svo->static_emission, 1, old * 64, (size_t)nodes * 64, "svo.static_emission"),
+        grown(gpu, svo->static_emission, 1, svo->glows ? old * 64 : 0, svo_emission_bytes(svo, nodes),
+              "svo.static_emission"),
         grown(gpu, svo->nodes, inner, old * 32, (size_t)nodes * 32, "tree.nodes"),
         grown(gpu, svo->data, inner, old * 8, (size_t)nodes * 8, "tree.data"),
         grown(gpu, svo->book, 1, 0, book_bytes, "svo.book"),
@@ -237,6 +248,22 @@ kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words)
     return reserve(gpu, &svo->fresh, &svo->fresh_words, words, 8, "svo.fresh");
 }
 
+kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted)
+{
+    kd_gpu_buffer made = {0};
+    if (svo->glows == wanted)
+        return KD_OK;
+    svo->glows = wanted;
+    kd_status status =
+        make_buffer(gpu, &made, svo_emission_bytes(svo, svo->node_capacity), "svo.static_emission");
+    svo->glows = status ? !wanted : wanted;
+    if (status)
+        return status;
+    kd_gpu_destroy_buffer(gpu, svo->static_emission);
+    svo->static_emission = made;
+    return KD_OK;
+}
+
 kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted)
 {
     kd_gpu_buffer made = {0};
@@ -262,8 +289,9 @@ void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scen
     struct kd_tree_params p = {
         .info = {svo->cascades, scene->resolution, svo->leaf_level, svo_levels(svo)},
         .capacity = {svo->node_capacity, svo->dynamic_room, 0, 0},
-        .light = {scene->brightest_emission, 1 / unit, unit, 0},
-        .atlas = {1.0f / KD_DENSE, 1.0f / KD_DENSE, 1.0f / (float)atlas_depth(svo->cascades), 0},
+        .light = {svo->glows ? scene->brightest_emission : 0, 1 / unit, unit, 0},
+        .atlas = {1.0f / KD_DENSE, 1.0f / KD_DENSE, 1.0f / (float)KD_ATLAS_SLICES(svo->cascades, 6),
+                  1.0f / (float)KD_ATLAS_SLICES(svo->cascades, 2)},
     };
     float half = 0.5f * (float)scene->resolution * scene->span[0];
     p.centre = (kd_gl_vec4){scene->origin_ws[0].x + half, scene->origin_ws[0].y + half,
@@ -301,7 +329,8 @@ static void count_voxels(const kd_voxel_scene *scene, kd_tree *tree)
 void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene, kd_tree *tree)
 {
     tree->uniform = svo->uniform;
-    tree->radiance = svo->atlas;
+    tree->radiance = svo->atlas_view;
+    tree->depth = svo->depths_view;
     tree->cascade_count = svo->cascades;
     tree->resolution = scene->resolution;
     tree->dense_resolution = KD_DENSE;

@@ -102,6 +102,9 @@ static void prepare(kd_system_context *context)
         svo->failed = true;
     }
     state->fresh.wanted = fresh_words;
+    if (svo->uniform.id && svo_reserve_emission(context->gpu, svo, scene->brightest_emission > 0) != KD_OK)
+        svo_say_once(state, SVO_SAID_GLOW,
+                     "octree: no memory for what glows; it lights nothing; raise voxels.span");
     bool moves = scene->pages[KD_LAYER_DYNAMIC].segment_count && scene->build == KD_SVO_BUILD_ORDERFREE;
     state->still_runs = moves ? 0 : state->still_runs + 1;
     if (svo->uniform.id && moves && svo_reserve_moving(context->gpu, svo, true) != KD_OK)
@@ -140,7 +143,7 @@ static uint64_t empty_cascade_bytes(const kd_svo *svo)
         layers * (svo->layer_words / svo->cascades) + 6ull * (svo->layer_words / svo->cascades / 8);
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         words += 2ull * (svo->mask_words[l] / svo->cascades);
-    return cells * (6u * 8 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS) * 4 + cells * 4;
+    return cells * (6u * 4 + 2u * 4 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS) * 4 + cells * 4;
 }
 
 /* Bytes of a node: number, code and place in lists, its child words or leaves with their static cells, and
@@ -148,7 +151,7 @@ static uint64_t empty_cascade_bytes(const kd_svo *svo)
 static uint64_t node_bytes(const kd_svo *svo, uint32_t l)
 {
     bool leaf_parent = l + 1 == svo_levels(svo);
-    return 2 * 4 + (l > 0 ? 8u + 4u : 0u) + (leaf_parent ? 8u * (8 + 16) + 4 : 8u * 4);
+    return 2 * 4 + (l > 0 ? 8u + 4u : 0u) + (leaf_parent ? 8u * (svo->glows ? 24 : 16) + 4 : 8u * 4);
 }
 
 static void spread_counts(const kd_svo *svo, const uint32_t *counts, kd_tree *tree)

@@ -61,7 +61,7 @@ static void bytes_of_a_cascade_grow_with_its_nodes(void **state)
     /* atlas, index and a list of 64^3 cells; 128^3 bits of the static layer (nothing moves);
      * eight times 64^3 bits: two frames, touched and dynamic parents, a difference, its ranks and two lists
      * of words; three more of dense cells and a list of those that finer cascades fill */
-    uint64_t empty = 262144 * 56 + 262144 + 8 * 32768 + 3 * 32768 + 32768 * 4;
+    uint64_t empty = 262144 * 40 + 262144 + 8 * 32768 + 3 * 32768 + 32768 * 4;
     assert_int_equal(tree->cascade_bytes[0], empty + tree->cascade_nodes[0] * 204);
     voxel_close(&v);
 }

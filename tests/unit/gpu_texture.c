@@ -29,6 +29,29 @@ static void every_format_and_kind_can_be_made_written_and_read(void **state)
     fixture_assert_clean(gpu);
 }
 
+/* 1, 0.5 and 2 of 9 bits under 2^(16 - 24): what an image of words holds is sampled as a colour. */
+static void view_shows_a_texture_in_another_format(void **state)
+{
+    kd_gpu *gpu = *state;
+    kd_gpu_texture_desc desc = {
+        .kind = KD_TEXTURE_3D, .format = KD_R32UI, .width = 1, .height = 1, .depth = 2};
+    kd_gpu_texture words = kd_gpu_make_texture(gpu, &desc);
+    size_t bytes = kd_gpu_bytes(gpu);
+    uint32_t word = 256u | 128u << 9 | 511u << 18 | 16u << 27, out[2];
+    kd_gpu_texture view = kd_gpu_make_texture_view(gpu, words, &(kd_gpu_texture_desc){.format = KD_RGB9E5});
+    kd_gpu_clear_texture(gpu, words, 0, &word);
+    kd_gpu_read_texture(gpu, view, 0, out, sizeof out);
+    assert_int_equal(out[0], word);
+    assert_int_equal(out[1], word);
+    assert_int_equal(kd_gpu_bytes(gpu), bytes);
+    kd_gpu_destroy_texture(gpu, view);
+    fixture_assert_clean(gpu);
+    view =
+        kd_gpu_make_texture_view(gpu, words, &(kd_gpu_texture_desc){.format = KD_RGBA16F}); /* 8 bytes of 4 */
+    assert_int_equal(view.id, 0);
+    assert_true(kd_gpu_failed(gpu));
+}
+
 static void texture_layers_are_written_one_by_one(void **state)
 {
     uint32_t layer[4] = {1, 2, 3, 4}, out[12];
@@ -258,6 +281,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         FIXTURE_TEST(every_format_and_kind_can_be_made_written_and_read),
+        FIXTURE_TEST(view_shows_a_texture_in_another_format),
         FIXTURE_TEST(texture_layers_are_written_one_by_one),
         FIXTURE_TEST(layers_are_copied_between_textures),
         FIXTURE_TEST(copy_that_does_not_fit_is_refused),

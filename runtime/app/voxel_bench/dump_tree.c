@@ -63,6 +63,7 @@ static const dump_column leaf_columns[] = {
 /* All that leaves are made of, read back. */
 typedef struct leaf_source {
     uint32_t *masks, *moving, *codes, *surface, *emission, *cells, *leaves;
+    bool glows; /* otherwise there is no emission */
 } leaf_source;
 
 static void free_leaves(leaf_source *s)
@@ -81,7 +82,8 @@ static bool read_leaves(const dump *d, const kd_svo *svo, leaf_source *s)
         .moving = read_moving(d, svo),
         .codes = dump_read(d, svo->book, (size_t)(&svo->places.codes.x)[top] * 4, slots / 2),
         .surface = dump_read(d, svo->static_surface, 0, slots * 8),
-        .emission = dump_read(d, svo->static_emission, 0, slots * 8),
+        .emission = dump_read(d, svo->static_emission, 0, svo->glows ? slots * 8 : 4),
+        .glows = svo->glows,
         .cells = dump_read(d, svo->dynamic_cells, 0, (size_t)svo->dynamic_room * 16),
         .leaves = dump_read(d, svo->leaves, 0, slots * 8),
     };
@@ -103,9 +105,10 @@ static void add_cell(leaf_row *row, const uint32_t words[4])
 
 static void add_static(leaf_row *row, const leaf_source *s, uint32_t slot)
 {
-    uint32_t words[4];
+    uint32_t words[4] = {0};
     memcpy(words, s->surface + 2 * (size_t)slot, 8);
-    memcpy(words + 2, s->emission + 2 * (size_t)slot, 8);
+    if (s->glows)
+        memcpy(words + 2, s->emission + 2 * (size_t)slot, 8);
     row->layers |= 1;
     add_cell(row, words);
 }
@@ -183,7 +186,7 @@ static const dump_column node_columns[] = {
 
 typedef struct node_source {
     uint32_t *masks, *moving, *codes, *nodes, *data;
-    uint16_t *atlas;
+    uint32_t *atlas, *depths; /* dense levels, rgb9e5 */
 } node_source;
 
 static void free_nodes(node_source *s)
@@ -194,23 +197,30 @@ static void free_nodes(node_source *s)
     free(s->nodes);
     free(s->data);
     free(s->atlas);
+    free(s->depths);
+}
+
+static uint32_t *read_dense(const dump *d, kd_gpu_texture texture, uint32_t slices)
+{
+    size_t bytes = (size_t)KD_DENSE * KD_DENSE * slices * 4;
+    uint32_t *texels = malloc(bytes);
+    if (texels)
+        kd_gpu_read_texture(d->rig->gpu, texture, 0, texels, bytes);
+    else
+        (void)kd_fail(KD_NO_MEMORY, "--dump: out of memory for %zu bytes", bytes);
+    return texels;
 }
 
 static bool read_nodes(const dump *d, const kd_svo *svo, uint32_t levels, node_source *s)
 {
     size_t capacity = svo->node_capacity, inner = levels > 1 ? levels - 1 : 1;
-    size_t slices = svo->cascades * 6 * KD_ATLAS_BLOCK + 6 * (KD_DENSE / 2);
-    size_t atlas_bytes = (size_t)KD_DENSE * KD_DENSE * slices * 8;
     *s = (node_source){.masks = dump_read(d, svo->masks, 0, (size_t)svo->layer_words * 4),
                        .moving = read_moving(d, svo),
                        .nodes = dump_read(d, svo->nodes, 0, inner * capacity * 32),
                        .data = dump_read(d, svo->data, 0, inner * capacity * 8),
-                       .atlas = malloc(atlas_bytes)};
-    if (s->atlas)
-        kd_gpu_read_texture(d->rig->gpu, svo->atlas, 0, s->atlas, atlas_bytes);
-    else
-        (void)kd_fail(KD_NO_MEMORY, "--dump: out of memory for %zu bytes", atlas_bytes);
-    return s->masks && s->moving && s->nodes && s->data && s->atlas;
+                       .atlas = read_dense(d, svo->atlas, KD_ATLAS_SLICES(svo->cascades, 6)),
+                       .depths = read_dense(d, svo->depths, KD_ATLAS_SLICES(svo->cascades, 2))};
+    return s->masks && s->moving && s->nodes && s->data && s->atlas && s->depths;
 }
 
 /* A dense cell from the atlas: depth by direction, and the mean of what these see. */
@@ -220,12 +230,16 @@ static void load_dense(node_row *row, const node_source *s, uint32_t code)
     float light[3] = {0}, depths = 0;
     svo_morton_cell(code & ((1u << (3 * KD_DENSE_LOG2)) - 1), wrapped);
     for (uint32_t i = 0; i < 6; i++) {
-        size_t slice = wrapped[2] + (c * 6 + i) * KD_ATLAS_BLOCK + 1;
-        const uint16_t *texel = s->atlas + 4 * ((slice * KD_DENSE + wrapped[1]) * KD_DENSE + wrapped[0]);
-        row->depth[i] = kd_half_to_float(texel[3]);
+        size_t slice = wrapped[2] + (c * 6 + i) * KD_ATLAS_BLOCK + 1,
+               in_slice = wrapped[1] * KD_DENSE + wrapped[0];
+        size_t of_depth = wrapped[2] + (c * 2 + (i & 1)) * KD_ATLAS_BLOCK + 1;
+        float seen[3], met[3];
+        unpack_rgb9e5(s->depths[of_depth * KD_DENSE * KD_DENSE + in_slice], met);
+        unpack_rgb9e5(s->atlas[slice * KD_DENSE * KD_DENSE + in_slice], seen);
+        row->depth[i] = met[i >> 1];
         depths += row->depth[i];
         for (int k = 0; k < 3; k++)
-            light[k] += kd_half_to_float(texel[k]);
+            light[k] += seen[k];
     }
     for (int k = 0; k < 3 && depths > 0; k++)
         row->radiance[k] = light[k] / depths;
