@@ -36,9 +36,11 @@ endforeach()
 # The manual page and the completion are what the program prints.
 set(kd_manual ${CMAKE_BINARY_DIR}/generated/kandil.1)
 set(kd_completion ${CMAKE_BINARY_DIR}/generated/kandil.bash)
+set(kd_zsh_completion ${CMAKE_BINARY_DIR}/generated/kandil.zsh)
 add_custom_command(OUTPUT ${kd_manual} COMMAND kandil help man > ${kd_manual} DEPENDS kandil VERBATIM)
 add_custom_command(OUTPUT ${kd_completion} COMMAND kandil help bash > ${kd_completion} DEPENDS kandil VERBATIM)
-add_custom_target(manual ALL DEPENDS ${kd_manual} ${kd_completion})
+add_custom_command(OUTPUT ${kd_zsh_completion} COMMAND kandil help zsh > ${kd_zsh_completion} DEPENDS kandil VERBATIM)
+add_custom_target(manual ALL DEPENDS ${kd_manual} ${kd_completion} ${kd_zsh_completion})
 
 # Headers that kandil.h includes, found by following them.
 function(kd_public_headers file out)
@@ -66,6 +68,7 @@ install(TARGETS kandil_shared kandil_static EXPORT kandil
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(FILES ${kd_manual} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${kd_completion} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME kandil)
+install(FILES ${kd_zsh_completion} DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _kandil)
 
 install(EXPORT kandil NAMESPACE kandil:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kandil)
 configure_package_config_file(cmake/kandil-config.cmake.in ${CMAKE_BINARY_DIR}/generated/kandil-config.cmake

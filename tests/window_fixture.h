@@ -39,6 +39,11 @@ static struct {
     int (*close)(void *display);
     x_id (*root)(void *display);
     int (*tree)(void *display, x_id window, x_id *root, x_id *parent, x_id **children, unsigned *count);
+    int (*focus)(void *display, x_id window, int revert_to, unsigned long time);
+    int (*map)(void *display, x_id window);
+    int (*unmap)(void *display, x_id window);
+    int (*change_property)(void *display, x_id window, unsigned long property, unsigned long type, int bits,
+                           int mode, const unsigned char *data, int count);
     int (*resize)(void *display, x_id window, unsigned width, unsigned height);
     x_image *(*image)(void *display, x_id window, int x, int y, unsigned width, unsigned height,
                       unsigned long planes, int format);
@@ -63,6 +68,9 @@ static bool window_open_x(void)
     void *xlib = dlopen("libX11.so.6", RTLD_NOW), *test = dlopen("libXtst.so.6", RTLD_NOW);
     bool good = window_load(xlib, "XOpenDisplay", &x.open) && window_load(xlib, "XCloseDisplay", &x.close) &&
                 window_load(xlib, "XDefaultRootWindow", &x.root) &&
+                window_load(xlib, "XSetInputFocus", &x.focus) && window_load(xlib, "XMapWindow", &x.map) &&
+                window_load(xlib, "XUnmapWindow", &x.unmap) &&
+                window_load(xlib, "XChangeProperty", &x.change_property) &&
                 window_load(xlib, "XQueryTree", &x.tree) && window_load(xlib, "XResizeWindow", &x.resize) &&
                 window_load(xlib, "XGetImage", &x.image) && window_load(xlib, "XFree", &x.destroy) &&
                 window_load(xlib, "XSync", &x.sync) && window_load(xlib, "XKeysymToKeycode", &x.key_code) &&
@@ -246,9 +254,9 @@ static double picture_difference(const picture *a, const picture *b)
 
 static void window_rest(double seconds)
 {
-    nanosleep(
-        &(struct timespec){.tv_sec = (time_t)seconds, .tv_nsec = (long)((seconds - (double)(time_t)seconds) * 1e9)},
-        NULL);
+    nanosleep(&(struct timespec){.tv_sec = (time_t)seconds,
+                                 .tv_nsec = (long)((seconds - (double)(time_t)seconds) * 1e9)},
+              NULL);
 }
 
 /* What was seen goes to a file when KD_KEEP_PICTURES is set: then someone wants to look at it. */

@@ -105,6 +105,7 @@ kd_status app_help_print(const char *topic, const kd_extension *extension)
     kd_nearest_offer(&near, "scenario");
     kd_nearest_offer(&near, "man");
     kd_nearest_offer(&near, "bash");
+    kd_nearest_offer(&near, "zsh");
     if (strcmp(topic, "scenario") == 0)
         return print_reference(extension);
     if (strcmp(topic, "settings") == 0) {
@@ -117,6 +118,10 @@ kd_status app_help_print(const char *topic, const kd_extension *extension)
     }
     if (strcmp(topic, "bash") == 0) {
         app_completion_print();
+        return KD_OK;
+    }
+    if (strcmp(topic, "zsh") == 0) {
+        app_zsh_completion_print();
         return KD_OK;
     }
     for (const app_command_row *row = app_commands; row->name; row++) {

@@ -8,5 +8,7 @@ void app_manual_print(void);
 
 /** Print the completion script for bash to standard output. */
 void app_completion_print(void);
+/** The same for zsh. */
+void app_zsh_completion_print(void);
 
 #endif

@@ -27,6 +27,7 @@ typedef struct app_scene {
     bool started;        /* kandil.scene comes too late */
     app_loaded *loaded;
     uint32_t loaded_count, loaded_capacity;
+    uint64_t shape_triangles; /* of all shapes that its scenario has made */
 } app_scene;
 
 /** Fill the world from the file that the options name, then let the command line have the last word.

@@ -75,6 +75,9 @@ static kd_shape shape_of(const char *word)
     return shapes[i < 0 ? 0 : i];
 }
 
+/* Half a gigabyte of meshes. A file pays for its triangles by its size; a shape of millions is one line. */
+enum { SHAPE_TRIANGLES_MAX = 4194304 };
+
 /* Register a shape with its material; equal ones share an entry, and so their mesh and its voxels. */
 static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, uint32_t *out)
 {
@@ -98,6 +101,15 @@ static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, ui
     kd_status status = kd_model_make_shape(shape_of(s->shape), s->size, s->segments, &material, &model);
     if (status != KD_OK)
         return status;
+    scene->shape_triangles += model->triangle_count;
+    if (scene->shape_triangles > SHAPE_TRIANGLES_MAX) {
+        kd_model_destroy(model);
+        return kd_fail(
+            KD_TOO_LARGE,
+            "all shapes together have more than %d triangles; give them fewer segments, or the same "
+            "size and material, which share one",
+            SHAPE_TRIANGLES_MAX);
+    }
     status = kd_scene_add_model(scene->world, model, out);
     if (status != KD_OK) {
         kd_model_destroy(model);

@@ -103,6 +103,22 @@ static bool is_relative(const char *uri)
     return uri[0] != '/' && uri[name] != ':';
 }
 
+/* Buffers and pictures are read once each. */
+static kd_status note_file(gltf_loader *l, const char *path)
+{
+    const char **files = (const char **)l->model->files; /* made by the first of them, const for readers */
+    size_t most = l->doc.buffer_count + l->doc.image_count;
+    kd_status status = files ? KD_OK : gltf_alloc(l, &l->kept, most, sizeof *files, &files);
+    if (status || l->model->file_count == most)
+        return status;
+    l->model->files = files;
+    files[l->model->file_count] = kd_arena_printf(&l->kept, "%s", path);
+    if (!files[l->model->file_count])
+        return gltf_fail(l, KD_NO_MEMORY, "out of memory for names");
+    l->model->file_count++;
+    return KD_OK;
+}
+
 static kd_status load_file(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes,
                            size_t *size)
 {
@@ -128,7 +144,7 @@ static kd_status load_file(gltf_loader *l, const char *uri, const char *where, c
     free(data);
     *bytes = copy;
     l->source_bytes += *size;
-    return status;
+    return status ? status : note_file(l, path);
 }
 
 kd_status gltf_load_uri(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes,

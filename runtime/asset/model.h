@@ -187,6 +187,8 @@ typedef struct kd_model {
     uint32_t warning_count;
     const char *const *warnings;        /* optional extensions not supported, dropped points and lines, … */
     const char *const *extensions_used; /* NULL-terminated */
+    uint32_t file_count;
+    const char *const *files;           /* paths of what was read beside the model's own file */
     const char *const *scenes;          /* names, NULL-terminated; "scene 0" where there is none */
     const char *const *variants;        /* of materials (KHR_materials_variants), NULL-terminated */
     uint32_t scene;                     /* the one that was loaded; KD_NONE: the file names no scenes */

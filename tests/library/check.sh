@@ -35,8 +35,19 @@ for cxx in g++ clang++; do
     ./spawn || fail "$cxx: the world from C++ is not as it should be"
 done
 # shellcheck disable=SC2046
-gcc carousel.c -o carousel_static $(pkg-config --cflags kandil) "$lib/libkandil.a" \
-    $(pkg-config --static --libs kandil | sed 's/-lkandil//')
+for cc in gcc clang; do
+    "$cc" -std=c11 $strict "$source/tests/library/snapshot.c" -o snapshot $(pkg-config --cflags --libs kandil)
+    ./snapshot || fail "$cc: the snapshot is not as it should be"
+done
+# Static linking by the flags of pkg-config alone: in a folder without the shared library the linker takes the other.
+mkdir "$work/alone"
+cp "$lib/libkandil.a" "$work/alone/"
+# shellcheck disable=SC2046
+gcc carousel.c -o carousel_static $(pkg-config --cflags kandil) -L"$work/alone" \
+    $(pkg-config --static --libs kandil | sed "s|-L$lib||")
+if ldd carousel_static | grep -q libkandil; then
+    fail "carousel_static needs the shared library"
+fi
 cmake -B by_cmake -DCMAKE_PREFIX_PATH="$work/moved" > cmake.log
 cmake --build by_cmake > cmake.log
 
@@ -62,3 +73,10 @@ grep -q turns_per_s message.txt || fail "the message does not name the field"
 man -l --warnings "$work/moved/share/man/man1/kandil.1" > manual.txt 2> warnings.txt || true
 [ ! -s warnings.txt ] || grep -q 'not found' warnings.txt || fail "the manual page: $(head -3 warnings.txt)"
 bash -n "$work/moved/share/bash-completion/completions/kandil"
+# What zsh offers after `kandil run --gi`: its completion runs, with compadd and _files put in place of the editor.
+if command -v zsh > /dev/null; then # a shell that few have
+    zsh -f "$source/tests/library/complete.zsh" "$work/moved/share/zsh/site-functions/_kandil" > offered.txt
+    grep -q 'cones' offered.txt || fail "zsh does not offer the techniques"
+    grep -q 'reference:' offered.txt || fail "zsh does not offer the commands"
+    grep -q 'voxels.span=' offered.txt || fail "zsh does not offer the settings"
+fi

@@ -98,12 +98,16 @@ static void exit_codes_and_messages_are_as_promised(void **state)
         {"run scene.lua --frames 1 --set ball.transform.nothing=1", 2, "ball.transform.nothing"},
         {"run scene.lua --frames 1 --set nobody.transform.position=1,2,3", 2, "nobody"},
         {"run scene.lua --frames 1 --set ball.mesh_instance.mesh=99", 2, "mesh_instance.mesh"},
+        {"run shapes.lua", 1, "shapes.lua:1: all shapes together have more than"},
         {"info scene.lua", 2, ".glb"},
     };
     write_file("scene.lua", scene);
     write_file("scene.txt", "x");
     write_file("syntax.lua", "local a = 1\nlocal b = = 2\n");
     write_file("loop.lua", "while true do end\n");
+    write_file(
+        "shapes.lua",
+        "for i = 1, 1000 do kandil.spawn { mesh = { shape = 'sphere', size = i, segments = 1024 } } end\n");
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         int code = kandil(rows[i].arguments);
         char *newline = strchr(said, '\n');

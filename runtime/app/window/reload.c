@@ -18,8 +18,7 @@ enum { MAX_ENTRIES = 1024, MAX_DEPTH = 8 };
 
 typedef struct watch_entry {
     int folder; /* inotify's number */
-    char *name; /* NULL: by extension */
-    const char *const *extensions;
+    char *name; /* NULL: every file */
     window_change change;
 } watch_entry;
 
@@ -64,15 +63,14 @@ void window_watch_destroy(window_watch *w)
     free(w);
 }
 
-static void add(window_watch *w, const char *folder, const char *name, const char *const *extensions,
-                window_change change)
+static void add(window_watch *w, const char *folder, const char *name, window_change change)
 {
     if (w->entry_count == MAX_ENTRIES)
         return;
     int number = inotify_add_watch(w->inotify, folder, IN_CLOSE_WRITE | IN_MOVED_TO);
     char *copy = name ? strdup(name) : NULL;
     if (number >= 0 && (copy || !name))
-        w->entries[w->entry_count++] = (watch_entry){number, copy, extensions, change};
+        w->entries[w->entry_count++] = (watch_entry){number, copy, change};
     else
         free(copy);
 }
@@ -81,21 +79,14 @@ void window_watch_file(window_watch *w, const char *path, window_change change)
 {
     char folder[KD_PATH_MAX];
     if (w && kd_path_folder(folder, sizeof folder, path) == KD_OK)
-        add(w, folder, kd_path_name(path), NULL, change);
-}
-
-void window_watch_folder(window_watch *w, const char *folder, const char *const *extensions,
-                         window_change change)
-{
-    if (w)
-        add(w, folder, NULL, extensions, change);
+        add(w, folder, kd_path_name(path), change);
 }
 
 static void watch_below(window_watch *w, const char *folder, window_change change, int depth)
 {
     char path[KD_PATH_MAX];
     DIR *dir = opendir(folder);
-    add(w, folder, NULL, NULL, change);
+    add(w, folder, NULL, change);
     for (struct dirent *entry; dir && depth < MAX_DEPTH && (entry = readdir(dir)) != NULL;)
         if (entry->d_type == DT_DIR && entry->d_name[0] != '.' &&
             kd_path_join(path, sizeof path, folder, entry->d_name) == KD_OK)
@@ -114,12 +105,7 @@ static bool fits(const watch_entry *entry, const struct inotify_event *event)
 {
     if (entry->folder != event->wd || !event->len)
         return false;
-    if (entry->name)
-        return strcmp(entry->name, event->name) == 0;
-    for (uint32_t i = 0; entry->extensions && entry->extensions[i]; i++)
-        if (kd_path_has_extension(event->name, entry->extensions[i]))
-            return true;
-    return !entry->extensions;
+    return !entry->name || strcmp(entry->name, event->name) == 0;
 }
 
 uint32_t window_watch_poll(window_watch *w, double now_s)

@@ -20,10 +20,7 @@ void window_watch_destroy(window_watch *w); /* NULL does nothing */
 void window_watch_clear(window_watch *w);
 /** Watch one file. */
 void window_watch_file(window_watch *w, const char *path, window_change change);
-/** Watch what lies in a folder: files whose names end in one of these (NULL-terminated); NULL: all. */
-void window_watch_folder(window_watch *w, const char *folder, const char *const *extensions,
-                         window_change change);
-/** The same of the folder and all below it. */
+/** Watch all files of a folder and of those below it. */
 void window_watch_tree(window_watch *w, const char *folder, window_change change);
 /** Tell what has changed and been still since for a moment: window_change bits, each told once. Cost: none */
 uint32_t window_watch_poll(window_watch *w, double now_s);

@@ -17,8 +17,6 @@
 /* ---- the scenes beside ---- */
 
 static const char *const scene_extensions[] = {".lua", ".gltf", ".glb", NULL};
-static const char *const model_extensions[] = {".gltf", ".glb",  ".bin",  ".png", ".jpg",
-                                               ".jpeg", ".webp", ".ktx2", NULL};
 
 static bool is_scene(const char *name)
 {
@@ -73,6 +71,7 @@ void window_watch_files(window_session *s)
 {
     char folder[KD_PATH_MAX];
     const app_scene *scene = &s->stage->scene;
+    const kd_scene_store *store = kd_singleton(scene->world, kd_scene_store);
     const char *shaders = getenv("KANDIL_SHADER_DIR");
     window_watch_clear(s->watch);
     window_watch_file(s->watch, s->subject, WINDOW_CHANGED_SCENE);
@@ -82,8 +81,12 @@ void window_watch_files(window_session *s)
         char path[KD_PATH_MAX];
         const char *key = scene->loaded[i].key; /* the path is its first line */
         snprintf(path, sizeof path, "%.*s", (int)strcspn(key, "\n"), key);
-        if (is_scene(path) && kd_path_folder(folder, sizeof folder, path) == KD_OK)
-            window_watch_folder(s->watch, folder, model_extensions, WINDOW_CHANGED_SCENE);
+        if (!is_scene(path))
+            continue;
+        const kd_model *model = store->models[scene->loaded[i].model].model;
+        window_watch_file(s->watch, path, WINDOW_CHANGED_SCENE);
+        for (uint32_t k = 0; k < model->file_count; k++)
+            window_watch_file(s->watch, model->files[k], WINDOW_CHANGED_SCENE);
     }
     if (shaders && *shaders && kd_path_join(folder, sizeof folder, shaders, "shaders") == KD_OK)
         window_watch_tree(s->watch, folder, WINDOW_CHANGED_SHADERS);
