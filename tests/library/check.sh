@@ -44,7 +44,7 @@ mkdir "$work/alone"
 cp "$lib/libkandil.a" "$work/alone/"
 # shellcheck disable=SC2046
 gcc carousel.c -o carousel_static $(pkg-config --cflags kandil) -L"$work/alone" \
-    $(pkg-config --static --libs kandil | sed "s|-L$lib||")
+    $(pkg-config --static --libs kandil | sed -E 's|-L[^ ]+||g')
 if ldd carousel_static | grep -q libkandil; then
     fail "carousel_static needs the shared library"
 fi

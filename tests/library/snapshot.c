@@ -35,7 +35,7 @@ int main(void)
     EXPECT(kd_world_diff(other, w, d, 2) == 1);
     EXPECT(strstr(kd_difference_text(other, w, &d[0], text, sizeof text), "fuel.litres differs") != NULL);
     EXPECT(kd_snapshot_restore(w, s.data, s.size) == KD_OK);
-    EXPECT(kd_get(w, car, fuel)->litres == 40);
+    EXPECT(kd_find(w, car, fuel)->litres == 40);
     kd_snapshot_fini(&s);
     kd_world_destroy(other);
     kd_world_destroy(w);
