@@ -129,6 +129,9 @@ const script_access *script_access_at(lua_State *L, const kd_component_desc *des
 {
     int top = lua_gettop(L);
     const char *name = luaL_checkstring(L, index);
+    script_known *known = script_known_at(L, desc, name);
+    if (known->owner == desc && known->name == name)
+        return known->meaning;
     luaL_checkstack(L, 6, "a field");
     lua_pushvalue(L, index);
     push_accesses(L, desc);
@@ -144,6 +147,8 @@ const script_access *script_access_at(lua_State *L, const kd_component_desc *des
         lua_rawset(L, top + 2);
     }
     const script_access *access = lua_touserdata(L, top + 3);
+    if (access->name == name) /* long names have several copies */
+        *known = (script_known){desc, name, access};
     lua_settop(L, top);
     return access;
 }

@@ -11,6 +11,9 @@
 #define ENTITY_TYPE    "kandil.entity"
 #define COMPONENT_TYPE "kandil.component"
 
+/* Of longer strings Lua keeps several copies. */
+enum { LONGEST_SHARED = 40 };
+
 typedef struct component_handle {
     kd_entity entity;
     kd_component_id component;
@@ -20,7 +23,7 @@ typedef struct component_handle {
 static const char handles_key;   /* number of an entity to its handle, which is not kept alive */
 static const char entity_key;    /* metatable */
 static const char component_key; /* metatable */
-static const char ids_key;       /* name of a component to its id */
+static const char ids_key;       /* names of components that were asked for */
 static const char paths_key;     /* "transform.position" to known_path */
 
 typedef struct known_path {
@@ -41,7 +44,7 @@ void script_push_entity(lua_State *L, kd_entity e)
     lua_rawgetp(L, LUA_REGISTRYINDEX, &handles_key);
     if (lua_rawgeti(L, -1, number) == LUA_TNIL) {
         lua_pop(L, 1);
-        kd_entity *handle = lua_newuserdatauv(L, sizeof *handle, 0);
+        kd_entity *handle = lua_newuserdatauv(L, sizeof *handle, 1); /* the component last asked for */
         *handle = e;
         lua_rawgetp(L, LUA_REGISTRYINDEX, &entity_key);
         lua_setmetatable(L, -2);
@@ -122,21 +125,21 @@ static _Noreturn void no_component(lua_State *L, kd_entity e, const char *name)
 /* Id of the component that the string at `index` names; 0 when there is none. */
 static kd_component_id component_at(lua_State *L, int index)
 {
+    const char *name = lua_tostring(L, index);
+    script_known *known = script_known_at(L, &ids_key, name);
+    if (known->owner == &ids_key && known->name == name)
+        return (kd_component_id)(uintptr_t)known->meaning;
+    kd_component_id id = kd_component_find(script_of(L)->world, name);
+    if (!id)
+        return 0;
     lua_pushvalue(L, index);
     lua_rawgetp(L, LUA_REGISTRYINDEX, &ids_key);
     lua_insert(L, -2);
-    lua_pushvalue(L, -1);
-    kd_component_id id = 0;
-    if (lua_rawget(L, -3) == LUA_TNUMBER) {
-        id = (kd_component_id)lua_tointeger(L, -1);
-    } else if ((id = kd_component_find(script_of(L)->world, lua_tostring(L, -2))) != 0) {
-        lua_pop(L, 1);
-        lua_pushinteger(L, (lua_Integer)id);
-        lua_rawset(L, -3);
-        lua_pushnil(L);
-        lua_pushnil(L);
-    }
-    lua_pop(L, 3);
+    lua_pushboolean(L, true);
+    lua_rawset(L, -3); /* keeps the name alive */
+    lua_pop(L, 1);
+    if (strlen(name) <= LONGEST_SHARED)
+        *known = (script_known){&ids_key, name, (const void *)(uintptr_t)id};
     return id;
 }
 
@@ -187,6 +190,20 @@ static int component_newindex(lua_State *L)
     return 0;
 }
 
+/* Push e.transform for the handle at index 1: scenarios write e.transform.position, so the handle keeps the
+ * component that was asked for last. */
+static void push_kept_component(lua_State *L, kd_entity e, kd_component_id id)
+{
+    lua_getiuservalue(L, 1, 1);
+    const component_handle *kept = lua_touserdata(L, -1);
+    if (kept && kept->component == id)
+        return;
+    lua_pop(L, 1);
+    script_push_component(L, e, id);
+    lua_pushvalue(L, -1);
+    lua_setiuservalue(L, 1, 1);
+}
+
 void script_push_component(lua_State *L, kd_entity e, kd_component_id id)
 {
     component_handle *h = lua_newuserdatauv(L, sizeof *h, 0);
@@ -213,7 +230,9 @@ void script_set_component(lua_State *L, kd_entity e, kd_component_id id, int ind
     kd_world *w = script_of(L)->world;
     const kd_component_desc *desc = kd_component_info(w, id);
     index = lua_absindex(L, index);
-    char *value = lua_newuserdatauv(L, desc->size ? desc->size : 1, 0);
+    char small[256], *value = small;
+    if (desc->size > sizeof small)
+        value = lua_newuserdatauv(L, desc->size, 0);
     const void *start = kd_find_id(w, e, id);
     if (!start && !may_add(&script_of(L)->host, desc))
         luaL_error(L, "the entity '%s' has no '%s' itself; set it on the part that has, e:child(\"name\")",
@@ -243,10 +262,9 @@ static void remove_component(lua_State *L, kd_entity e, kd_component_id id)
 
 /* ---- paths: component.field ---- */
 
-void script_path_at(lua_State *L, kd_entity e, int index, kd_component_id *id, const script_access **access)
+static const known_path *find_path(lua_State *L, kd_entity e, int index, const char *path)
 {
     int top = lua_gettop(L);
-    const char *path = luaL_checkstring(L, index);
     lua_pushvalue(L, index);
     lua_rawgetp(L, LUA_REGISTRYINDEX, &paths_key);
     lua_pushvalue(L, top + 1);
@@ -265,11 +283,22 @@ void script_path_at(lua_State *L, kd_entity e, int index, kd_component_id *id, c
         lua_rawset(L, top + 2);
     }
     const known_path *found = lua_touserdata(L, top + 3);
+    lua_settop(L, top);
+    return found;
+}
+
+void script_path_at(lua_State *L, kd_entity e, int index, kd_component_id *id, const script_access **access)
+{
+    const char *path = luaL_checkstring(L, index);
+    script_known *known = script_known_at(L, &paths_key, path);
+    bool is_known = known->owner == &paths_key && known->name == path;
+    const known_path *found = is_known ? known->meaning : find_path(L, e, index, path);
+    if (!is_known && strlen(path) <= LONGEST_SHARED)
+        *known = (script_known){&paths_key, path, found};
     *id = found->id;
     *access = found->access;
     if (!kd_find_id(script_of(L)->world, e, found->id))
         no_component(L, e, found->access->desc->name);
-    lua_settop(L, top);
 }
 
 /* ---- metamethods ---- */
@@ -286,7 +315,7 @@ static int entity_index(lua_State *L)
     else if (strcmp(key, "parent") == 0)
         script_push_entity(L, kd_get_parent(script_of(L)->world, e));
     else
-        script_push_component(L, e, script_check_component(L, e, 2));
+        push_kept_component(L, e, script_check_component(L, e, 2));
     return 1;
 }
 

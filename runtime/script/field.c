@@ -304,6 +304,23 @@ void script_read_field(lua_State *L, int index, const script_access *access, voi
     memcpy(to, value, field->size);
 }
 
+/* Set what the table at `index` names, but for look_at, or that alone. Tells whether something was left out.
+ */
+static bool read_entries(lua_State *L, int index, const kd_component_desc *desc, void *value, bool looks)
+{
+    bool left_out = false;
+    for (lua_pushnil(L); lua_next(L, index); lua_pop(L, 1)) {
+        if (lua_type(L, -2) != LUA_TSTRING)
+            luaL_error(L, "%s: entries without a name are not allowed here; write key = value", desc->name);
+        const script_access *access = script_access_at(L, desc, lua_gettop(L) - 1);
+        if ((access->kind == SCRIPT_LOOK_AT) == looks)
+            script_read_field(L, -1, access, value);
+        else
+            left_out = true;
+    }
+    return left_out;
+}
+
 /* look_at needs the position, whatever order the table has: it is read in a second turn. */
 void script_read_component(lua_State *L, int index, const kd_component_desc *desc, void *value)
 {
@@ -311,14 +328,6 @@ void script_read_component(lua_State *L, int index, const kd_component_desc *des
     if (!lua_istable(L, index))
         luaL_error(L, "%s must be a table of its fields, not a %s; write %s = { … }", desc->name,
                    luaL_typename(L, index), desc->name);
-    for (int turn = 0; turn < 2; turn++) {
-        for (lua_pushnil(L); lua_next(L, index); lua_pop(L, 1)) {
-            if (lua_type(L, -2) != LUA_TSTRING)
-                luaL_error(L, "%s: entries without a name are not allowed here; write key = value",
-                           desc->name);
-            const script_access *access = script_access_at(L, desc, lua_gettop(L) - 1);
-            if ((access->kind == SCRIPT_LOOK_AT) == (turn == 1))
-                script_read_field(L, -1, access, value);
-        }
-    }
+    if (read_entries(L, index, desc, value, false))
+        read_entries(L, index, desc, value, true);
 }

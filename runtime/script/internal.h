@@ -8,6 +8,7 @@
 #include <lua.h>
 
 #include "runtime/core/file.h"
+#include "runtime/script/pool.h"
 #include "runtime/script/script.h"
 
 /* What one call into the scenario may still use. The hook and the allocator lower it. */
@@ -18,6 +19,7 @@ typedef struct script_budget {
     uint64_t deadline_ns;
     bool exhausted; /* instructions or time: stays set until the next call */
     bool over_memory;
+    script_pool pool;
 } script_budget;
 
 typedef struct script_task script_task;
@@ -40,6 +42,15 @@ typedef struct script_param {
     bool asked; /* the scenario knows it */
 } script_param;
 
+/* What a name means to an owner, found before. Lua keeps one copy of a short string, and tables keep those that are
+ * noted here alive: so the address stands for the name. */
+typedef struct script_known {
+    const void *owner;
+    const char *name;
+    const void *meaning;
+} script_known;
+enum { SCRIPT_KNOWN = 128 };
+
 enum { SCRIPT_MAX_PARAM_NAMES = 256, SCRIPT_MAX_INPUTS = 256, SCRIPT_MAX_HELD = 16 };
 
 struct kd_query;
@@ -61,6 +72,7 @@ struct kd_script {
     script_chunk *chunks; /* the scenario first, then its modules */
     uint32_t chunk_count;
     const void *entity_meta, *component_meta; /* metatables */
+    script_known known[SCRIPT_KNOWN];         /* by a hash of owner and name */
 
     script_event *events; /* a heap, see task.c */
     uint32_t event_count, event_capacity;
@@ -128,6 +140,13 @@ const char *script_get_string(lua_State *L, int table, const char *what,
 void script_read_floats(lua_State *L, int index, const char *what, float *out, uint32_t count);
 bool script_get_floats(lua_State *L, int table, const char *what, const char *key, float *out,
                        uint32_t count);
+
+/** Get where it is noted, or is to be noted, what a name means to an owner. */
+static inline script_known *script_known_at(lua_State *L, const void *owner, const char *name)
+{
+    uintptr_t hash = ((uintptr_t)owner >> 4) * 31 + ((uintptr_t)name >> 4);
+    return &script_of(L)->known[(hash ^ hash >> 7) % SCRIPT_KNOWN];
+}
 
 /* ---- access.c: fields by name ---- */
 typedef enum script_access_kind {

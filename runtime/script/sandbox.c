@@ -15,8 +15,9 @@
 #include "runtime/core/clock.h"
 #include "runtime/core/log.h"
 
-#define HOOK_PERIOD   200     /* instructions between two looks at the clock: below 1 % of the run time */
-#define BYTES_CHARGED 256     /* allocated bytes that cost as much as one instruction */
+#define HOOK_PERIOD   200 /* instructions between two looks at the clock: below 1 % of the run time */
+#define BYTES_CHARGED 256 /* allocated bytes that cost as much as one instruction */
+#define GC_PAUSE      400 /* per cent of what lives before Lua looks for garbage: half the work of its 200 */
 #define MAX_LIST      4194304 /* entries of a list that one call of the table library may walk */
 
 /* Before every block stands the number of the allocation, by which objects have an order of their own
@@ -29,7 +30,7 @@ static void release(script_budget *budget, void *block, size_t size)
 {
     if (!block)
         return;
-    free((block_head *)block - 1);
+    script_pool_free(&budget->pool, (block_head *)block - 1, size + sizeof(block_head));
     budget->memory_used -= size + sizeof(block_head);
 }
 
@@ -50,7 +51,8 @@ static void *allocate(void *user, void *block, size_t old_size, size_t new_size)
             return NULL;
         }
     }
-    block_head *grown = realloc(block ? (block_head *)block - 1 : NULL, wanted);
+    block_head *grown =
+        script_pool_resize(&budget->pool, block ? (block_head *)block - 1 : NULL, had, wanted);
     if (!grown)
         return NULL;
     if (!block)
@@ -321,7 +323,9 @@ void script_sandbox_open(lua_State *L, uint64_t seed)
 lua_State *script_sandbox_make(kd_script *script)
 {
     lua_State *L = lua_newstate(allocate, &script->budget);
-    if (L)
-        *(kd_script **)lua_getextraspace(L) = script;
+    if (!L)
+        return NULL;
+    *(kd_script **)lua_getextraspace(L) = script;
+    lua_gc(L, LUA_GCINC, GC_PAUSE, 0, 0);
     return L;
 }

@@ -249,6 +249,7 @@ void kd_script_destroy(kd_script *script)
         return;
     if (script->L)
         lua_close(script->L);
+    script_pool_fini(&script->budget.pool);
     for (uint32_t i = 0; i < script->query_count; i++)
         kd_query_destroy(script->queries[i]);
     for (uint32_t i = 0; i < script->chunk_count; i++)
