@@ -111,6 +111,8 @@ typedef struct gltf_material {
     gltf_texture_use base_color_map, metallic_roughness_map, normal_map, occlusion_map, emissive_map;
     bool double_sided, unlit;
     /* further ways to reflect, and the textures (or -1) that their factors are multiplied by */
+    double glossiness; /* of the archived extension; below 0: the material has none */
+    int glossiness_texture;
     double ior, specular, specular_color[3], clearcoat, clearcoat_roughness, transmission;
     int specular_texture, specular_color_texture, clearcoat_texture, clearcoat_roughness_texture,
         clearcoat_normal_texture, transmission_texture;

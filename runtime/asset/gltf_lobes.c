@@ -1,6 +1,7 @@
 /* What the extensions of materials add to metallic-roughness: another refractive index, a weaker or tinted
  * reflection, a coat of varnish, light that passes through. Their textures stand for their mean.
- * Source  KHR_materials_ior, KHR_materials_specular, KHR_materials_clearcoat, KHR_materials_transmission */
+ * Source  KHR_materials_ior, KHR_materials_specular, KHR_materials_clearcoat, KHR_materials_transmission,
+ * KHR_materials_pbrSpecularGlossiness */
 
 #include <stdio.h>
 
@@ -80,6 +81,8 @@ kd_status gltf_load_lobes(gltf_loader *l, const gltf_material *m, size_t materia
     if (out->unlit)
         return KD_OK;
     float color[3];
+    float glossiness =
+        m->glossiness < 0 ? 0 : gltf_factor(l, material, "glossinessFactor", m->glossiness, 0, 1);
     out->ior = refractive_index(l, m, material);
     out->specular = gltf_factor(l, material, "specularFactor", m->specular, 0, 1);
     for (int i = 0; i < 3; i++)
@@ -94,6 +97,7 @@ kd_status gltf_load_lobes(gltf_loader *l, const gltf_material *m, size_t materia
         {"clearcoatTexture", m->clearcoat_texture, 0, &out->clearcoat},
         {"clearcoatRoughnessTexture", m->clearcoat_roughness_texture, 1, &out->clearcoat_roughness},
         {"transmissionTexture", m->transmission_texture, 0, &out->transmission},
+        {"specularGlossinessTexture", m->glossiness_texture, 3, &glossiness},
     };
     kd_status status = KD_OK;
     for (size_t i = 0; !status && i < sizeof maps / sizeof *maps; i++)
@@ -102,6 +106,8 @@ kd_status gltf_load_lobes(gltf_loader *l, const gltf_material *m, size_t materia
         gltf_warn(l,
                   "materials[%zu].clearcoatNormalTexture is not read; the coat follows the surface under it",
                   material);
+    if (m->glossiness >= 0)
+        out->roughness = 1 - glossiness;
     out->specular_color = (kd_vec3){color[0], color[1], color[2]};
     if (!status)
         set_transmission(l, material, out);

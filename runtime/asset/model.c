@@ -19,14 +19,23 @@
 
 bool kd_model_reads_extension(const char *name)
 {
-    static const char *const supported[] = {"KHR_lights_punctual",     "KHR_materials_emissive_strength",
-                                            "KHR_texture_transform",   "KHR_mesh_quantization",
-                                            "KHR_materials_unlit",     "KHR_draco_mesh_compression",
-                                            "EXT_meshopt_compression", "EXT_texture_webp",
-                                            "EXT_mesh_gpu_instancing", "KHR_node_visibility",
-                                            "KHR_materials_variants",  "KHR_animation_pointer",
-                                            "KHR_materials_ior",       "KHR_materials_specular",
-                                            "KHR_materials_clearcoat", "KHR_materials_transmission"};
+    static const char *const supported[] = {"KHR_lights_punctual",
+                                            "KHR_materials_emissive_strength",
+                                            "KHR_texture_transform",
+                                            "KHR_mesh_quantization",
+                                            "KHR_materials_unlit",
+                                            "KHR_draco_mesh_compression",
+                                            "EXT_meshopt_compression",
+                                            "EXT_texture_webp",
+                                            "EXT_mesh_gpu_instancing",
+                                            "KHR_node_visibility",
+                                            "KHR_materials_variants",
+                                            "KHR_animation_pointer",
+                                            "KHR_materials_ior",
+                                            "KHR_materials_specular",
+                                            "KHR_materials_clearcoat",
+                                            "KHR_materials_transmission",
+                                            "KHR_materials_pbrSpecularGlossiness"};
     for (size_t i = 0; i < sizeof supported / sizeof *supported; i++)
         if (strcmp(name, supported[i]) == 0)
             return true;

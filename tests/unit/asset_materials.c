@@ -153,6 +153,59 @@ static void further_ways_to_reflect_are_read(void **state)
     free(data);
 }
 
+/* The archived extension as a dielectric below a tinted reflection; means as above. Where there are maps of
+ * metallic-roughness as well, these are taken. */
+static void specular_glossiness_is_read_as_a_dielectric(void **state)
+{
+    static const char old[] =
+        "{%s'extensions':{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[0.2,0.4,0.6,1],"
+        "'specularFactor':[0.08,0.5,0.02],'glossinessFactor':0.8,'specularGlossinessTexture':{'index':0},"
+        "'diffuseTexture':{'index':0,'texCoord':1,'extensions':{'KHR_texture_transform':{'scale':[2,3]}}}}}}";
+    char material[512];
+    (void)state;
+    size_t size;
+    uint8_t *data = make_data(&size);
+    snprintf(material, sizeof material, old, "");
+    kd_model *m = load_lobes(material, data, size);
+    const kd_material_desc *p = &m->materials[0];
+    NEAR(p->base_color.y, 0.4f, 1e-6f);
+    NEAR(p->metallic, 0, 0);
+    NEAR(p->roughness, 1 - 0.8f * 383 / 510, 1e-6f);
+    assert_vec3(p->specular_color, 1, 0, 0.25f, 1e-5f);
+    assert_int_equal(p->base_color_map.uv_set, 1);
+    NEAR(p->base_color_map.scale.y, 3, 0);
+    assert_int_equal(m->warning_count, 2); /* one map, of which two means are taken */
+    kd_model_destroy(m);
+    snprintf(material, sizeof material, old,
+             "'pbrMetallicRoughness':{'baseColorTexture':{'index':0},'metallicFactor':0.5},");
+    m = load_lobes(material, data, size);
+    NEAR(m->materials[0].metallic, 0.5f, 0);
+    NEAR(m->materials[0].base_color.y, 1, 0);
+    kd_model_destroy(m);
+    free(data);
+}
+
+static void specular_glossiness_of_a_wrong_type_is_refused(void **state)
+{
+    static const char *const wrong[] = {"'diffuseFactor':[1,1,1]", "'specularFactor':'red'",
+                                        "'specularFactor':[1,{},1]", "'diffuseTexture':{'index':7}",
+                                        "'specularGlossinessTexture':{'index':7}"};
+    (void)state;
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        char json[1024];
+        float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+        snprintf(
+            json, sizeof json,
+            "{'asset':{'version':'2.0'},'nodes':[{'mesh':0}],'meshes':[{'primitives':[{'attributes':{"
+            "'POSITION':0},'material':0}]}],'materials':[{'extensions':{"
+            "'KHR_materials_pbrSpecularGlossiness':{%s}}}],"
+            "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],"
+            "'bufferViews':[{'buffer':0,'byteLength':36}],'buffers':[{'uri':'data.bin','byteLength':36}]}",
+            wrong[i]);
+        load_bad(json, triangle, 36, KD_BAD_FORMAT, i < 3 ? "pbrSpecularGlossiness" : "materials[0]");
+    }
+}
+
 static void odd_ways_to_reflect_are_mended_or_refused(void **state)
 {
     (void)state;
@@ -182,6 +235,8 @@ int main(void)
         cmocka_unit_test(materials_are_read_whole),
         cmocka_unit_test(broken_pictures_are_refused),
         cmocka_unit_test(further_ways_to_reflect_are_read),
+        cmocka_unit_test(specular_glossiness_is_read_as_a_dielectric),
+        cmocka_unit_test(specular_glossiness_of_a_wrong_type_is_refused),
         cmocka_unit_test(odd_ways_to_reflect_are_mended_or_refused),
     };
     return cmocka_run_group_tests(tests, NULL, remove_folder);
