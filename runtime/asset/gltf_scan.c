@@ -235,7 +235,11 @@ static kd_status split_fail(char *error, size_t error_size, const char *what)
 
 kd_status gltf_split(uint8_t *bytes, size_t size, gltf_chunks *out, char *error, size_t error_size)
 {
+    static const char pointer[] = "version https://git-lfs";
     *out = (gltf_chunks){.json = (char *)bytes, .json_size = size};
+    if (size >= sizeof pointer - 1 && memcmp(bytes, pointer, sizeof pointer - 1) == 0)
+        return split_fail(error, error_size,
+                          "the file is only a pointer of Git LFS; fetch its content with `git lfs pull`");
     if (size < 4 || memcmp(bytes, "glTF", 4) != 0)
         return KD_OK;
     if (size < GLB_HEADER_BYTES + GLB_CHUNK_BYTES)

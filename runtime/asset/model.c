@@ -98,7 +98,9 @@ static kd_status parse_file(gltf_loader *l, uint8_t *bytes, size_t size)
     kd_status refused = status ? check_required(l) : KD_OK;
     if (refused)
         return refused;
-    return status ? gltf_fail(l, status, "%s; export the model again", error) : KD_OK;
+    if (!status)
+        return KD_OK;
+    return gltf_fail(l, status, strchr(error, ';') ? "%s" : "%s; export the model again", error);
 }
 
 /* Names as the file has them, "kind N" for empty ones; NULL-terminated. */

@@ -174,6 +174,14 @@ static void sponza_masks_and_tiles(void **state)
     kd_model_destroy(m);
 }
 
+/* What a clone without its large files leaves in their place. */
+static void a_pointer_to_a_file_elsewhere_is_named(void **state)
+{
+    (void)state;
+    load_bad("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a21\nsize 12345\n", NULL, 0,
+             KD_BAD_FORMAT, "pointer of Git LFS; fetch its content with `git lfs pull`");
+}
+
 int main(void)
 {
     if (access(ASSETS "sponza/sponza.glb", R_OK) != 0) {
@@ -181,6 +189,7 @@ int main(void)
         return 77;
     }
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pointer_to_a_file_elsewhere_is_named),
         cmocka_unit_test(every_model_loads_with_its_known_counts),
         cmocka_unit_test(truck_counts_a_wheel_axle_twice),
         cmocka_unit_test(cornell_box_has_its_camera_lamp_and_size),
