@@ -101,13 +101,17 @@ static void draw_bar(uint64_t done, uint64_t total, const char *text)
     pthread_mutex_unlock(&console.lock);
 }
 
+void app_console_bar(uint64_t done, uint64_t total, const char *what)
+{
+    if (console.terminal && !console.quiet && total > 0)
+        draw_bar(done, total, what);
+}
+
 void app_console_progress(uint64_t done, uint64_t total, double frame_ms)
 {
     char text[32];
-    if (!console.terminal || console.quiet || total == 0)
-        return;
     snprintf(text, sizeof text, "%.0f ms a frame", frame_ms);
-    draw_bar(done, total, text);
+    app_console_bar(done, total, text);
 }
 
 void app_console_work(uint64_t done, uint64_t total, const char *what)

@@ -14,6 +14,8 @@ void app_console_close(void);
 
 /** Draw the bar when standard error is a terminal. `frame_ms` is the time of the last frame. */
 void app_console_progress(uint64_t done, uint64_t total, double frame_ms);
+/** Draw the bar for some other work when standard error is a terminal, and nothing otherwise. */
+void app_console_bar(uint64_t done, uint64_t total, const char *what);
 /** Show how much of some work is done: the bar on a terminal, else a line at each tenth. `what` names its
  * parts. */
 void app_console_work(uint64_t done, uint64_t total, const char *what);

@@ -15,6 +15,7 @@
 #include "runtime/core/clock.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
+#include "runtime/core/progress.h"
 
 typedef struct run {
     const app_options *options;
@@ -22,7 +23,9 @@ typedef struct run {
     kd_gpu *gpu;
     app_stage *stage;
     uint64_t frame_count, done, left_out;
-    bool without_gpu; /* GPU systems are switched off: the frame is there already */
+    bool without_gpu;       /* GPU systems are switched off: the frame is there already */
+    uint64_t work_began_ns; /* of what kd_progress tells */
+    bool cut;               /* an interrupt ended a frame's voxelization: that frame is not shown */
 } run;
 
 /* ---- before the frames ---- */
@@ -152,6 +155,23 @@ static void choose_work(run *r)
     r->without_gpu = without_gpu;
 }
 
+/* Voxelization at the start may take long: it has a bar of its own from the first second on, and ends when it
+ * is interrupted. Nobody is shown the frame that lacks the rest. */
+static bool follow_work(void *user, uint64_t done, uint64_t total, const char *what)
+{
+    run *r = user;
+    uint64_t now = kd_clock_ns();
+    if (done == 0)
+        r->work_began_ns = now;
+    if (now - r->work_began_ns > 1000000000u)
+        app_console_bar(done, total, what);
+    if (!app_interrupted())
+        return true;
+    r->cut = true;
+    app_capture_rest(r->stage->capture, true);
+    return false;
+}
+
 static kd_status run_frames(run *r)
 {
     kd_status status = KD_OK;
@@ -162,6 +182,8 @@ static kd_status run_frames(run *r)
         if (r->options->resume)
             choose_work(r);
         status = app_stage_frame(r->stage, r->done);
+        if (status == KD_OK && r->cut)
+            return KD_INTERRUPTED;
         if (status == KD_OK && r->done == 0)
             status = check_voxels(r);
         r->done += status == KD_OK;
@@ -241,8 +263,12 @@ kd_status app_run(const app_options *options)
         if (options->graph && r.frame_count == 0 && !options->window)
             status = kd_fail(KD_USAGE, "--graph: %s: the graph is known after a frame; render one at least",
                              options->graph);
-        else
+        else {
+            if (!options->window)
+                kd_progress_set_sink(follow_work, &r);
             status = finish(&r, options->window ? run_window(&r) : run_frames(&r));
+            kd_progress_set_sink(NULL, NULL);
+        }
     }
     close_all(&r);
     if (status == KD_INTERRUPTED)

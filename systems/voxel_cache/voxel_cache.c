@@ -9,6 +9,7 @@
 #include "components/scene_store.h"
 #include "components/voxel_scene.h"
 #include "runtime/core/log.h"
+#include "runtime/core/progress.h"
 #include "runtime/jobs/jobs.h"
 #include "systems/voxel_cache/disk.h"
 #include "systems/voxel_cache/key.h"
@@ -129,6 +130,8 @@ static void make_listed(kd_system_context *context, cache_state *state, kd_voxel
     const kd_scene_store *store = kd_singleton(context->world, kd_scene_store);
     bool files = scene->given || state->disk.folder[0];
     for (uint32_t i = 0; i < state->plan.count && !kd_gpu_failed(context->gpu); i++) {
+        if (!kd_progress(i, state->plan.count, "primitives voxelized"))
+            break; /* what is not made stays on the list */
         uint32_t number = state->plan.items[i].cache;
         kd_voxel_key key;
         bool keyed = files && keys_of(&state->keys, store, scene, &scene->caches[number], &key);
