@@ -3,13 +3,16 @@
 #include <math.h>
 #include <string.h>
 
-/* Where the finest cascade's centre goes on one axis: towards the focus, but without looking past the scene's
- * ends. */
-static float centre_on_axis(float focus, float low, float high, float half)
+/* Where the finest cascade's centre goes on one axis, in whole steps: towards the focus, but without looking
+ * past the scene's ends, which are held whole when it is there. */
+static float centre_on_axis(float focus, float low, float high, float half, float snap)
 {
+    const float least = (high - half) / snap - 1e-3f, most = (low + half) / snap + 1e-3f; /* to hold an end */
     if (!(high > low) || high - low <= 2 * half)
-        return high >= low ? 0.5f * (low + high) : focus;
-    return fminf(fmaxf(focus, low + half), high - half);
+        return floorf((high >= low ? 0.5f * (low + high) : focus) / snap + 0.5f) * snap;
+    if (focus >= high - half)
+        return ceilf(least) * snap;
+    return (focus <= low + half ? floorf(most) : floorf(focus / snap + 0.5f)) * snap;
 }
 
 void placement_cells(const kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 bounds_min, kd_vec3 bounds_max,
@@ -19,8 +22,7 @@ void placement_cells(const kd_voxel_scene *scene, kd_vec3 focus, kd_vec3 bounds_
     float snap = scene->span[scene->cascade_count - 1] * (float)(scene->resolution / KD_DENSE);
     const float *f = &focus.x, *low = &bounds_min.x, *high = &bounds_max.x;
     for (int k = 0; k < 3; k++) {
-        float centre = centre_on_axis(f[k], low[k], high[k], half);
-        float snapped = floorf(centre / snap + 0.5f) * snap;
+        float snapped = centre_on_axis(f[k], low[k], high[k], half, snap);
         for (uint32_t c = 0; c < scene->cascade_count; c++) /* whole, so that the lattice stays the same */
             cells[c][k] = (int32_t)(floorf(snapped / scene->span[c] + 0.5f) - (float)(scene->resolution / 2));
     }

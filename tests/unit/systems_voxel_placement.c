@@ -56,6 +56,25 @@ static void small_scene_is_held_whole_wherever_the_camera_is(void **state)
     }
 }
 
+/* Whoever stands at an end of a large scene has the finest voxels up to it. */
+static void ends_of_a_large_scene_are_held_by_the_finest_cascade(void **state)
+{
+    (void)state;
+    uint64_t random = 3;
+    for (int i = 0; i < 500; i++) {
+        kd_voxel_scene scene = scene_of(128, 1 + (uint32_t)i % 4, fixture_float(&random, 0.01f, 0.1f));
+        float edge = edge_of(&scene, 0);
+        kd_vec3 low = fixture_vec3(&random, -30, 30);
+        kd_vec3 high = kd_vec3_add(low, fixture_vec3(&random, 2 * edge, 5 * edge));
+        placement_update(&scene, kd_vec3_sub(low, fixture_vec3(&random, 0, 3)), low, high);
+        for (int k = 0; k < 3; k++)
+            assert_true((&scene.origin_ws[0].x)[k] <= (&low.x)[k] + 0.02f * scene.span[0]);
+        placement_update(&scene, kd_vec3_add(high, fixture_vec3(&random, 0, 3)), low, high);
+        for (int k = 0; k < 3; k++)
+            assert_true((&scene.origin_ws[0].x)[k] + edge >= (&high.x)[k] - 0.02f * scene.span[0]);
+    }
+}
+
 static void staying_is_not_moving(void **state)
 {
     (void)state;
@@ -122,6 +141,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cascades_nest_on_one_lattice),
         cmocka_unit_test(small_scene_is_held_whole_wherever_the_camera_is),
+        cmocka_unit_test(ends_of_a_large_scene_are_held_by_the_finest_cascade),
         cmocka_unit_test(staying_is_not_moving),
         cmocka_unit_test(boxes_are_in_the_cascades_that_own_their_cells),
         cmocka_unit_test(morton_codes_come_back),
