@@ -153,6 +153,17 @@ static kd_status measure(const voxel_bench *b, const layers_case *c, rig_figures
     return status;
 }
 
+/* Of up to a hundred frames the slowest is the 99th percentile. */
+static void say_evenness(const voxel_bench *b, const layers_case *c, const rig_figures *f)
+{
+    char name[64];
+    double ratio = f->frame.median_ms > 0 ? f->frame.max_ms / f->frame.median_ms : 0;
+    printf("    frames: median %.1f ms, slowest %.1f ms (%.2f times the median)\n", f->frame.median_ms,
+           f->frame.max_ms, ratio);
+    snprintf(name, sizeof name, "%s_slowest", c->name);
+    voxel_bench_value(b, name, f->voxels, "times", ratio, 0);
+}
+
 kd_status voxel_bench_layers(const voxel_bench *b)
 {
     rig_figures rows[CASES];
@@ -168,6 +179,8 @@ kd_status voxel_bench_layers(const voxel_bench *b)
             voxel_bench_head("layers, camera at 50 m/s");
         begun = done[i] = true;
         voxel_bench_row(b, cases[i].name, strchr(cases[i].name, '/') + 1, &rows[i]);
+        if (cases[i].flies)
+            say_evenness(b, &cases[i], &rows[i]);
     }
     if (status == KD_OK && done[0] && done[1]) {
         double ratio = rig_total_ms(&rows[0]) / rig_total_ms(&rows[1]);

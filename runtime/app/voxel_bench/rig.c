@@ -158,6 +158,8 @@ static int stage_of(kd_phase phase)
 
 static void add_times(const rig *r, rig_figures *out)
 {
+    kd_profile_stats whole = kd_profile_frame_stats(r->timing.profile);
+    out->frame = (rig_time){whole.median_ms, whole.min_ms, whole.max_ms};
     for (uint32_t i = 0; i < kd_schedule_count(r->schedule); i++) {
         int stage = stage_of(kd_schedule_system(r->schedule, i)->phase);
         if (stage < 0)

@@ -26,6 +26,7 @@ typedef struct rig_time {
 /* What was measured over some frames; counts are those of the last one. */
 typedef struct rig_figures {
     rig_time stages[RIG_STAGE_COUNT];
+    rig_time frame;                                    /* whole frames */
     uint64_t voxels, dynamic_voxels, deforming_voxels; /* in pages */
     uint64_t cells;                                    /* occupied leaf cells */
     uint64_t nodes[4];                                 /* by level, from the dense one */
