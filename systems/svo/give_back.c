@@ -186,7 +186,7 @@ static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32_t nodes
 
 void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    uint32_t nodes = state->nodes.wanted + state->nodes.wanted / 4;
+    uint32_t nodes = state->nodes.wanted + state->nodes.wanted / SVO_SPARE;
     if (spare(&state->nodes, svo->node_capacity)) {
         cut_nodes(gpu, state, svo, (nodes > LEAST ? nodes : LEAST) / 32 * 32 + 32);
         svo_write_params(gpu, svo, scene);

@@ -58,6 +58,9 @@ enum {
         (state)->said |= (uint32_t)(what);                                                                   \
     } while (0)
 
+/* Nodes get an eighth more room than they ask for, so that a moving camera seldom asks again. */
+enum { SVO_SPARE = 8 };
+
 /* How much of a buffer that grows is wanted, and for how many runs that has been less than half of it. */
 typedef struct svo_room {
     uint32_t wanted, quiet;

@@ -169,7 +169,7 @@ static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_v
     state->nodes.wanted = want < most ? (uint32_t)want : most;
     kd_status made = KD_OK;
     if (state->nodes.wanted > svo->node_capacity) {
-        want += want / 4;
+        want += want / SVO_SPARE;
         made = svo_reserve_nodes(gpu, svo, want < most ? (uint32_t)want : most);
         kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
         svo_write_params(gpu, svo, scene);

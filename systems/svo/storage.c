@@ -14,23 +14,24 @@ static kd_status make_buffer(kd_gpu *gpu, kd_gpu_buffer *out, size_t size, const
 static void place_cells(kd_svo *svo)
 {
     struct kd_svo_places *p = &svo->places;
-    uint32_t n = svo->cascades, bits = n * KD_DENSE_WORDS;
+    uint32_t n = svo->cascades, bits = n * KD_DENSE_WORDS, parts = svo->layer_words / 8;
     p->size = (kd_gl_uvec4){0, svo_levels(svo), svo->layer_words, n};
     p->masks = (kd_gl_uvec4){svo->mask_first[0], svo->mask_first[1], svo->mask_first[2], svo->mask_first[3]};
     p->changed.x = 0;
     p->others.x = bits;
     p->others.y = 2 * bits;
     p->others.z = 3 * bits;
-    p->words.x = p->others.z + n * KD_UP_CELLS;
-    p->words.y = p->words.x + svo->layer_words / 8;
+    p->words.y = p->others.z + n * KD_UP_CELLS;
     p->words.z = p->words.y + KD_UP_CELLS / 32;
-    p->words.w = p->words.z + KD_UP_CELLS;
-    p->list.x = p->words.w + svo->layer_words / 8;
+    p->list.x = p->words.x =
+        p->words.z + KD_UP_CELLS; /* the filter's list, and before it two of the build's */
+    p->words.w = p->words.x + parts;
 }
 
 size_t svo_fixed_book_bytes(const kd_svo *svo)
 {
-    return 4 * ((size_t)svo->places.list.x + svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE);
+    size_t dense = (size_t)svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE, parts = svo->layer_words / 8;
+    return 4 * (svo->places.list.x + (dense > 2 * parts ? dense : 2 * parts));
 }
 
 uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, uint32_t nodes)

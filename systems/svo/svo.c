@@ -137,13 +137,12 @@ uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter)
  * bits of both layers' cells and of all levels, and the ranks of what moves. */
 static uint64_t empty_cascade_bytes(const kd_svo *svo)
 {
-    const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE;
-    uint64_t layers = svo->has_moving ? 3 : 1;
-    uint64_t words =
-        layers * (svo->layer_words / svo->cascades) + 6ull * (svo->layer_words / svo->cascades / 8);
+    const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE, layers = svo->has_moving ? 3 : 1;
+    uint64_t parts = svo->layer_words / svo->cascades / 8, list = cells > 2 * parts ? cells : 2 * parts;
+    uint64_t words = (8 * layers + 4) * parts;
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         words += 2ull * (svo->mask_words[l] / svo->cascades);
-    return cells * (6u * 4 + 2u * 4 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS) * 4 + cells * 4;
+    return cells * (6u * 4 + 2u * 4 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS + list) * 4;
 }
 
 /* Bytes of a node: number, code and place in lists, its child words or leaves with their static cells, and
