@@ -1,7 +1,7 @@
--- The smallest scenario: a box on a floor, one light, one camera.
+-- The smallest scenario: a box on a floor, a sun, a sky, a camera.
 kandil.scene { size = {640, 360}, fps = 24, seconds = 2 }
 
-kandil.spawn { mesh = { shape = "plane", size = {6, 1, 6} }, material = { base_color = {0.7, 0.7, 0.7} } }
+kandil.spawn { mesh = { shape = "plane", size = {40, 1, 40} }, material = { base_color = {0.4, 0.42, 0.45} } }
 
 local box = kandil.spawn {
     name = "box",
@@ -12,12 +12,13 @@ local box = kandil.spawn {
 
 kandil.spawn {
     light = { type = "directional", intensity = 3 },
-    transform = { look_at = {-0.4, -1, -0.5} },
+    transform = { look_at = {-0.9, -0.8, -0.25} },
 }
+kandil.spawn { sky = { intensity = 0.35 } }
 
 kandil.spawn {
     camera = { fov_y_deg = 40 },
-    transform = { position = {1.4, 1.2, 2.2}, look_at = {0, 0.3, 0} },
+    transform = { position = {0.6, 0.9, 1.9}, look_at = {0, 0.3, 0} },
 }
 
 function kandil.update(t)

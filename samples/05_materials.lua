@@ -1,4 +1,5 @@
--- Materials: rough to smooth from left to right, plastic in front and metal behind.
+-- Materials: rough to smooth from left to right, plastic in the middle and metal behind; in front a coat of varnish over
+-- metal, a stone of high refractive index, clear and tinted glass, and a glow.
 kandil.scene { size = {640, 360}, fps = 24, seconds = 2 }
 
 kandil.spawn { mesh = { shape = "box", size = {8, 0.1, 6} }, material = { base_color = {0.6, 0.6, 0.6}, roughness = 0.9 },
@@ -24,5 +25,18 @@ for i = 0, 4 do
     }
 end
 
+local front = {
+    { base_color = {0.1, 0.25, 0.6}, metallic = 0.7, roughness = 0.5, clearcoat = 1, clearcoat_roughness = 0.05 },
+    { base_color = {0.05, 0.3, 0.15}, roughness = 0.1, ior = 2.4 },
+    { base_color = {0.97, 0.98, 0.98}, roughness = 0.05, transmission = 1 },
+    { base_color = {1, 0.65, 0.2}, roughness = 0.05, transmission = 1 },
+    { base_color = {0.1, 0.1, 0.1}, emissive = {3, 1.4, 0.5} },
+}
+for i, material in ipairs(front) do
+    kandil.spawn { mesh = { shape = "sphere", size = 0.4 }, material = material,
+                   transform = { position = {-1.55 + 0.72 * (i - 1), 0.2, 1.35} } }
+end
+
+kandil.spawn { sky = { intensity = 0.5 } }
 kandil.spawn { light = { type = "directional", intensity = 2.5 }, transform = { look_at = {-0.5, -1, -0.7} } }
-kandil.spawn { camera = { fov_y_deg = 38 }, transform = { position = {0.3, 1.7, 4.4}, look_at = {0, 0.4, 0} } }
+kandil.spawn { camera = { fov_y_deg = 36 }, transform = { position = {0.2, 1.5, 4.4}, look_at = {-0.1, 0.36, 0.3} } }

@@ -13,10 +13,10 @@ end
 local walker = kandil.spawn {
     name = "walker",
     model = "assets/walker.gltf",
-    material = { base_color = {0.2, 0.1, 0.05}, emissive = {3, 1.6, 0.6} },
+    material = { base_color = {0.2, 0.1, 0.05}, emissive = {2, 1, 0.35} },
     animation = { clip = "walk", loop = true },
 }
-kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 1, 3.3}, look_at = {0, 0.8, 0} } }
+kandil.spawn { camera = { fov_y_deg = 40 }, transform = { position = {0, 0.85, 2.3}, look_at = {0, 0.62, 0} } }
 
 function kandil.update(t)
     walker.transform.position = {-0.8 + 0.4 * t, 0, 0.2}

@@ -11,11 +11,12 @@ mkdir -p docs/images/gallery
 
 seconds() { # SAMPLE: the moment that shows its idea
     case $1 in
+    00*) echo 0.7 ;;
     02*) echo 2.6 ;;
     04*) echo 2.4 ;;
     08*) echo 1.2 ;;
-    10*) echo 2.5 ;;
-    11*) echo 6.6 ;;
+    10*) echo 3.2 ;;
+    11*) echo 6.1 ;;
     13*) echo 1 ;;
     *) echo 1.5 ;;
     esac
