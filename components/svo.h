@@ -34,22 +34,24 @@ typedef struct kd_svo {
     uint32_t layer_words;                    /* mask words of one layer: all cascades */
     uint32_t mask_first[KD_MAX_NODE_LEVELS]; /* first word of level 6 + i in level_masks */
     uint32_t mask_words[KD_MAX_NODE_LEVELS];
-    uint32_t node_capacity;                  /* nodes a level: stride of nodes, data and parts of the book */
-    uint32_t sum_capacity, dynamic_capacity; /* cells */
-    uint32_t dynamic_room;                   /* dynamic cells that are in use; ranks beyond have no cell */
+    uint32_t node_capacity;      /* nodes a level: stride of nodes, data and parts of the book */
+    uint32_t sum_capacity;       /* cells */
+    uint32_t dynamic_capacity;   /* leaf parents with dynamic cells */
+    uint32_t dynamic_room;       /* of these in use; ranks beyond have no cells */
     uint32_t fresh_words;        /* room in `fresh`: words of its mask, and where its ranks begin */
     uint64_t most_bytes;         /* of any one buffer that grows */
     bool failed;                 /* no memory for it: there is no indirect light */
     uint32_t current;            /* which of the two level masks is this frame's */
     struct kd_svo_places places; /* in the book */
 
-    bool wants_changes;             /* set by whoever reads `changes` */
-    kd_gpu_buffer changes;          /* "svo.changes" */
-    kd_gpu_buffer uniform;          /* "tree.uniform": kd_tree_params */
-    kd_gpu_buffer masks;            /* "svo.masks": leaf cells of the static layer */
-    kd_gpu_buffer moving;           /* "svo.masks": those of the dynamic layer, then their ranks */
-    bool glows;                     /* there is room for static cells' emission: something glows */
-    bool has_moving;                /* there is room for them: something moves, or did lately */
+    bool wants_changes;    /* set by whoever reads `changes` */
+    kd_gpu_buffer changes; /* "svo.changes" */
+    kd_gpu_buffer uniform; /* "tree.uniform": kd_tree_params */
+    kd_gpu_buffer masks;   /* "svo.masks": leaf cells of the static layer */
+    kd_gpu_buffer moving;  /* "svo.masks": those of the dynamic one; its leaf parents, mask and ranks */
+    bool glows;            /* there is room for static cells' emission: something glows */
+    bool has_moving;       /* there is room for them: something moves, or did lately */
+    kd_gpu_buffer heads, next;      /* "svo.chains": of the voxels that cover a leaf parent's cells */
     kd_gpu_buffer fresh;            /* static cells that are built anew: mask, then ranks */
     kd_gpu_buffer level_masks[2];   /* "svo.levels": both layers joined, this frame's and the last's */
     kd_gpu_buffer touched;          /* bits of leaf parents: touched, then those with dynamic cells */
@@ -59,12 +61,28 @@ typedef struct kd_svo {
     kd_gpu_buffer sums;             /* of the layer being added up */
     kd_gpu_buffer static_surface,
         static_emission;         /* "svo.cells": static cells, eight siblings at a time as leaves are */
-    kd_gpu_buffer dynamic_cells; /* in the order of their mask bits */
+    kd_gpu_buffer dynamic_cells; /* eight a leaf parent, in the order of the parents' mask bits */
     kd_gpu_buffer index, nodes, leaves, data; /* "tree.nodes", "tree.leaves", "tree.data" */
     kd_gpu_texture atlas, depths; /* "tree.radiance": words of the dense levels, shaders/include/atlas.glsl */
     kd_gpu_texture atlas_view, depths_view; /* the same as they are sampled */
 } kd_svo;
 KD_COMPONENT_DECLARE(kd_svo);
+
+/* Words of a mask of leaf parents. */
+static inline uint32_t kd_svo_parent_words(const kd_svo *svo)
+{
+    return svo->layer_words / 8;
+}
+
+/** Bind the mask and the ranks of the leaf parents in which something moves. */
+static inline void kd_svo_bind_parents(kd_gpu *gpu, const kd_svo *svo, uint32_t binding)
+{
+    if (svo->has_moving)
+        kd_gpu_bind_storage_range(gpu, binding, svo->moving, (size_t)svo->layer_words * 4,
+                                  (size_t)kd_svo_parent_words(svo) * 8);
+    else
+        kd_gpu_bind_storage(gpu, binding, svo->moving);
+}
 
 static inline uint32_t kd_svo_leaf_parent_level(const kd_svo *svo)
 {

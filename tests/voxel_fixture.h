@@ -256,7 +256,7 @@ static inline void *voxel_read_static(voxel_world *v)
     const kd_voxel_scene *scene = voxel_scene(v);
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_STATIC];
     uint32_t slots = pages->page_count * KD_PAGE_SEGMENTS, pass[4] = {slots, 0, 0, 0};
-    size_t bytes = (size_t)slots * KD_SEGMENT_VOXELS * 12;
+    size_t bytes = (size_t)slots * KD_SEGMENT_VOXELS * KD_PAGE_WORDS * 4;
     if (!bytes)
         return malloc(16);
     kd_gpu_program program =
@@ -292,7 +292,7 @@ static inline voxel_capture voxel_read_source(voxel_world *v)
             voxel_read(pages->segments, 0, slots * sizeof(struct kd_voxel_segment));
         c.source.layers[l].voxels = c.held[at++] =
             l == KD_LAYER_STATIC ? voxel_read_static(v)
-                                 : voxel_read(pages->voxels, 0, (size_t)slots * KD_SEGMENT_VOXELS * 12);
+                                 : voxel_read(pages->voxels, 0, (size_t)slots * KD_SEGMENT_VOXELS * KD_PAGE_WORDS * 4);
     }
     c.source.objects = c.held[at++] =
         voxel_read(scene->object_params, 0, scene->object_count * sizeof(struct kd_voxel_object_params));

@@ -75,7 +75,7 @@ voxel_box box_load(kd_voxel_segment segment, uint slot, uint i)
         return none;
     return box_of(c, v.place, v.normal);
 #else
-    uint at = (slot * KD_SEGMENT_VOXELS + i) * 3u;
+    uint at = (slot * KD_SEGMENT_VOXELS + i) * KD_PAGE_WORDS;
     if (voxels[at] == KD_NO_VOXEL || c < params.view.z)
         return none;
     return box_of(c, splat_unpack(voxels[at], voxels[at + 1u]), voxels[at + 2u]);

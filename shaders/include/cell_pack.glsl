@@ -2,19 +2,32 @@
 // albedo 3 x 10 bits, share of double-sided voxels 2 bits | normal 3 x snorm8, weight 8 bits: 1 … 256, what is more counts as
 // that | emission 3 x 9 bits, halvings 5 | area of what glows 16 bits. The last two are 0 where nothing glows.
 // In integers throughout: every driver makes the same bytes, and so does systems/svo/reference.c.
-layout(std430, binding = 1) readonly buffer sums_block { uint sums[]; };
 
-uint mean(uint sum, uint weight) { return (sum + weight / 2u) / weight; }
+#include "shaders/shared/voxel.h"
 
-uint mean_signed(uint sum, uint weight)
+// sum / weight, rounded. Drivers divide integers lane by lane; a float comes within one of the quotient, the remainder says
+// which way. For quotients below 2^16.
+uint mean(uint sum, uint weight)
 {
-    int s = int(sum);
-    return (s < 0 ? 0u - mean(uint(-s), weight) : mean(sum, weight)) & 255u;
+    uint n = sum + weight / 2u, q = uint(float(n) / float(weight));
+    int rest = int(n - q * weight);
+    return rest < 0 ? q - 1u : rest >= int(weight) ? q + 1u : q;
 }
 
-// Surfaces beside each other share a cell's emission by coverage; a lamp that lies on a ceiling, so that the two cover the
-// cell twice, shines as brightly as one alone.
-uint emission_weight(uint weight, uint emissive) { return max(max(min(weight, 256u), emissive), 1u); }
+uint mean_signed(int sum, uint weight)
+{
+    uint m = mean(uint(abs(sum)), weight);
+    return (sum < 0 ? 0u - m : m) & 255u;
+}
+
+// Albedo, share of what is double-sided, normal and weight.
+uvec2 cell_pack_surface(uint weight, uvec3 albedo, ivec3 normal, uint double_sided)
+{
+    weight = max(weight, 1u);
+    return uvec2(mean(albedo.x, weight) | mean(albedo.y, weight) << 10 | mean(albedo.z, weight) << 20 | mean(double_sided * 3u, weight) << 30,
+                 mean_signed(normal.x, weight) | mean_signed(normal.y, weight) << 8 | mean_signed(normal.z, weight) << 16 |
+                     (min(weight, 256u) - 1u) << 24);
+}
 
 // One shared scale keeps dim emission next to bright.
 uint pack_emission(uvec3 sum, uint weight)
@@ -27,25 +40,18 @@ uint pack_emission(uvec3 sum, uint weight)
         halvings++;
     while (one >> spare >= 1u << 22)
         spare++;
-    for (int k = 0; k < 3; k++)
-        word |= min(mean(((sum[k] * 256u << halvings) >> spare) * 511u, one >> spare), 511u) << (9 * k);
+    for (int k = 0; k < 3; k++) {
+        uint n = ((sum[k] * 256u << halvings) >> spare) * 511u, d = one >> spare;
+        word |= min((n + d / 2u) / d, 511u) << (9 * k);
+    }
     return word | halvings << 27;
 }
 
-// Area that glows with the cell's emission, 256 KD_AREA_ONE a face: what glows may share the cell's emission with what does not.
-uint pack_area(uint area, uint emissive, uint shared_by)
+// Emission and area. Surfaces beside each other share a cell's emission by coverage; a lamp that lies on a ceiling, so
+// that the two cover the cell twice, shines as brightly as one alone. Area glows with the cell's emission, 256 KD_AREA_ONE a
+// face: what glows may share the cell's emission with what does not.
+uvec2 cell_pack_emission(uint weight, uvec3 emission, uint emissive, uint area)
 {
-    return emissive == 0u ? 0u : min(mean(area, emissive) * shared_by, 65535u);
-}
-
-uvec4 cell_attributes_of(uint cell)
-{
-    uint at = cell * KD_SUM_WORDS;
-    uint weight = max(sums[at], 1u);
-    uint albedo = mean(sums[at + 1u], weight) | mean(sums[at + 2u], weight) << 10 | mean(sums[at + 3u], weight) << 20;
-    uint normal = mean_signed(sums[at + 4u], weight) | mean_signed(sums[at + 5u], weight) << 8 |
-                  mean_signed(sums[at + 6u], weight) << 16;
-    uint shared_by = emission_weight(sums[at], sums[at + 11u]), area = pack_area(sums[at + 12u], sums[at + 11u], shared_by);
-    uint emission = pack_emission(uvec3(sums[at + 7u], sums[at + 8u], sums[at + 9u]), shared_by);
-    return uvec4(albedo | mean(sums[at + 10u] * 3u, weight) << 30, normal | (min(weight, 256u) - 1u) << 24, emission, area);
+    uint shared_by = max(max(min(weight, 256u), emissive), 1u);
+    return uvec2(pack_emission(emission, shared_by), emissive == 0u ? 0u : min((area + emissive / 2u) / emissive * shared_by, 65535u));
 }

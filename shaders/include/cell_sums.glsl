@@ -2,6 +2,8 @@
 #ifndef KD_SUMS_BINDING
 #define KD_SUMS_BINDING 7
 #endif
+#include "shaders/include/cell_shares.glsl"
+
 layout(std430, binding = KD_SUMS_BINDING) buffer sums_block { uint sums[]; };
 
 struct voxel_share {
@@ -15,9 +17,8 @@ struct voxel_share {
 // color, share: words of the cached voxel; emissive: of its object, relative to the brightest
 voxel_share voxel_share_of(uint color, uint share, uint normal, vec3 emissive)
 {
-    uvec3 root = uvec3(color, color >> 8, color >> 16) & 255u;
-    return voxel_share((root * root * 1023u + 32512u) / 65025u, snorm8_unpack(normal),
-                       (uvec3(emissive * KD_EMISSION_ONE + 0.5) * share + 127u) / 255u, (color & 0x1000000u) != 0u, color >> 25);
+    return voxel_share(share_albedo(color), snorm8_unpack(normal), share_emission(share, emissive),
+                       share_double_sided(color) != 0u, share_area(color));
 }
 
 void sums_add(uint cell, uint weight, voxel_share v)

@@ -5,9 +5,6 @@
 #include "shaders/include/tree_params.glsl"
 #include "shaders/include/voxel_pack.glsl"
 
-// Shares below this (of 256) leave no mark: they would double the cells for less than a thirtieth of the light.
-#define SPLAT_MIN_WEIGHT 8u
-
 struct splat {
     ivec3 cell;     // low cell of the block, may be -1
     uvec3 fraction; // share of the far cells, of 256
@@ -74,8 +71,19 @@ uint splat_corners(splat s, uint c)
 {
     uint marked = 0u;
     for (uint i = 0u; i < 8u; i++)
-        marked |= uint(splat_weight(s, i) >= SPLAT_MIN_WEIGHT) << i;
+        marked |= uint(splat_weight(s, i) >= KD_SPLAT_MIN_WEIGHT) << i;
     return marked & splat_owned(c, s.cell);
+}
+
+// Corners that stand for the leaf parents which the marked ones lie in, one each: near and far cells on an axis share theirs
+// when the near one is even (cascades begin at even cells).
+uint splat_parents(splat s, uint corners)
+{
+    const uvec3 near = uvec3(0x55u, 0x33u, 0x0Fu);
+    for (int k = 0; k < 3; k++)
+        if ((s.cell[k] & 1) == 0)
+            corners = (corners | corners >> (1 << k)) & near[k];
+    return corners;
 }
 
 // Page words of a splat: cells from -1 are stored one higher.

@@ -14,8 +14,10 @@
  * Words of a page voxel (world space; dynamic layer alone: static voxels are brought to the world when their cells are built):
  *   cell      10:10:10 low cell of the 2x2x2 block that it covers, from the cascade's low corner; bit 31 set: nothing here
  *   fraction  3 x unorm8 of that block's far cells | 0
- *   normal    3 x snorm8 | 0
+ *   normal    3 x snorm8 | emission as in the cache, 0 where the object has none
+ *   albedo    as in the cache
  */
+#define KD_PAGE_WORDS 4u
 #define KD_SEGMENT_VOXELS 1024u
 #define KD_AREA_ONE 48.0      /* a surface of one cell's face */
 #define KD_PAGE_SEGMENTS 64u
@@ -28,6 +30,9 @@
 #define KD_NO_VOXEL 0x80000000u
 #define KD_EMPTY 0xFFFFFFFFu
 #define KD_MARKED 0xFFFFFFFEu /* a child that is needed and has no number yet: while a tree is built level by level */
+
+/* Shares of a voxel below this (of 256) leave no mark: they would double the cells for less than a thirtieth of the light. */
+#define KD_SPLAT_MIN_WEIGHT 8u
 
 /* Added to positions in cells before voxelizing: a plane on a cell border then belongs to one cell, not to both. */
 #define KD_VOXELIZE_NUDGE 0.0009765625
@@ -78,12 +83,13 @@ struct kd_voxel_segment {
 };
 
 /* Work of the transform of the dynamic layer: arguments, counts and lists of groups of voxels by kind (words), and a record
- * of what a segment's voxels share (texels of four words): origin and span of the chunk; first voxel, count, cascade, first
+ * of what a segment's voxels share (texels of four words): origin and span of the chunk; first voxel, count, cascade and whether it glows, first
  * binding; object, then the last three of its info. */
 #define KD_MOVING_GROUP 64u    /* voxels a work group brings to the world */
 #define KD_MOVING_GROUPS 16u   /* of a segment */
 #define KD_MOVING_KINDS 3u
 #define KD_MOVING_RECORD 3u
+#define KD_MOVING_GLOWS 0x80000000u
 #define KD_MOVING_ARGS(kind) (3u * (kind))
 #define KD_MOVING_COUNT(kind) (9u + (kind))
 #define KD_MOVING_HEAD 12u
@@ -166,12 +172,13 @@ KD_LAYOUT_CHECK(kd_svo_places, 128)
 #define KD_COUNT_PARTS 42       /* mask words on the list */
 #define KD_COUNT_ABOVE 43       /* cells of the first level above the outermost cascade that are to be filtered */
 #define KD_COUNT_TOUCHED_PARTS 44
+#define KD_COUNT_PARENTS 46     /* leaf parents with dynamic cells */
 #define KD_COUNT_LEFT 45        /* 1 when voxels found a locked node and wait for the next pass */
 #define KD_COUNT_TRANSIENT_END 48
 /* Indirect arguments in the same buffer, three words each: groups of 64. */
 #define KD_ARGS_ALL 64          /* over the leaves of all leaf parents */
 #define KD_ARGS_TOUCHED 67      /* over those of the touched ones */
-#define KD_ARGS_DYNAMIC 70      /* over the dynamic cells */
+#define KD_ARGS_DYNAMIC 70      /* over the leaf parents with dynamic cells */
 #define KD_ARGS_LIST 73         /* over the list at hand */
 #define KD_COUNT_WORDS 76
 

@@ -1,5 +1,5 @@
-// First step up the tree. One invocation a word of leaf parents, which is eight words of cells in Morton order (a patch): joins
-// the layers, reduces eight cells to one bit of their parent, and tells which parents are touched: the static layer was
+// First step up the tree. One invocation a word of leaf parents, which is eight words of cells in Morton order (a patch): reduces
+// the static layer's eight cells to one bit of their parent, joins the dynamic layer's parents, and tells which parents are touched: the static layer was
 // built anew there, or something dynamic is or was there.
 // With KD_STALE it goes over the stale patches alone and brings what was built anew into the static mask.
 layout(local_size_x = 64) in;
@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 layers; }; // x: words of parents, y: first of their mask, z: sparse levels, w: patches; layers.x: 0 when nothing moves
 layout(std430, binding = 1) buffer static_block { uint mask_static[]; };
-layout(std430, binding = 2) readonly buffer dynamic_block { uint mask_dynamic[]; }; // then ranks
+layout(std430, binding = 2) readonly buffer dynamic_block { uint parents_dynamic[]; }; // bits of parents
 layout(std430, binding = 3) writeonly buffer parents_block { uint parents[]; };
 layout(std430, binding = 4) buffer touched_block { uint touched[]; }; // bits of parents; then those with dynamic cells
 #ifdef KD_STALE
@@ -66,16 +66,14 @@ void main()
         return;
     uint word = n;
 #endif
-    uint joined = 0u, moving = 0u;
+    uint moving = layers.x != 0u ? parents_dynamic[word] : 0u, joined = moving;
     for (uint i = 0u; i < 8u; i++) {
 #ifdef KD_STALE
         uint still = load_static(word * 8u + i, n * 8u + i);
 #else
         uint still = mask_static[word * 8u + i];
 #endif
-        uint bits = layers.x != 0u ? mask_dynamic[word * 8u + i] : 0u;
-        moving |= parents_of(bits) << (4u * i);
-        joined |= parents_of(bits | still) << (4u * i);
+        joined |= parents_of(still) << (4u * i);
     }
     parents[pass.y + word] = joined;
 #ifdef KD_STALE

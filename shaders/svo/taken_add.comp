@@ -23,9 +23,7 @@ layout(local_size_x = 128) in;
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: cells that there is room for, y: 1 for what was noted, z: segment slots
 layout(std430, binding = 1) readonly buffer segments_block { kd_voxel_segment segments[]; };
 layout(std430, binding = 2) buffer voxels_block { uint voxels[]; };
-layout(binding = 0) uniform usamplerBuffer shape; // rg32ui
-layout(binding = 1) uniform usamplerBuffer color; // r32ui
-layout(binding = 2) uniform samplerBuffer objects; // rgba32f, eight an object
+layout(binding = 0) uniform samplerBuffer objects; // rgba32f, eight an object
 
 #ifdef KD_TAKE
 // What the word at `place` leads to: a number; KD_EMPTY when there was none left; KD_LOCKED when somebody else is still at it.
@@ -87,14 +85,13 @@ void main()
     kd_voxel_segment segment = segments[slot];
     if (i >= segment.count)
         return;
-    uint from = (slot * KD_SEGMENT_VOXELS + i) * 3u;
+    uint from = (slot * KD_SEGMENT_VOXELS + i) * KD_PAGE_WORDS;
     uint cell_word = voxels[from], fraction = voxels[from + 1u];
     if (cell_word == KD_NO_VOXEL || (pass.y != 0u && fraction >> 24 == 0u))
         return;
     splat s = splat_unpack(cell_word, fraction);
-    int n = int(segment.first + i);
-    uint share = texelFetch(shape, n).g >> 24;
-    voxel_share v = voxel_share_of(texelFetch(color, n).r, share, voxels[from + 2u], texelFetch(objects, int(segment.object) * 8 + 7).rgb);
+    uint normal = voxels[from + 2u];
+    voxel_share v = voxel_share_of(voxels[from + 3u], normal >> 24, normal, texelFetch(objects, int(segment.object) * 8 + 7).rgb);
     uint c = segment.chunk_cascade >> 28, first = cascade_first_bit(c), left = 0u;
     for (uint corners = pass.y != 0u ? fraction >> 24 : splat_corners(s, c); corners != 0u; corners &= corners - 1u) {
         uint k = uint(findLSB(corners)), cell = cell_of(first + morton_encode(cell_wrap(c, splat_cell(s, k))));

@@ -29,7 +29,7 @@ void main()
     kd_voxel_segment segment = segments[slot];
     if (i >= segment.count)
         return;
-    uint from = (slot * KD_SEGMENT_VOXELS + i) * 3u, cell_word = voxels[from];
+    uint from = (slot * KD_SEGMENT_VOXELS + i) * KD_PAGE_WORDS, cell_word = voxels[from];
     if (cell_word == KD_NO_VOXEL)
         return;
     splat s = splat_unpack(cell_word, voxels[from + 1u]);

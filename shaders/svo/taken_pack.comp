@@ -3,7 +3,7 @@ layout(local_size_x = 64) in;
 
 #include "shaders/include/linear.glsl"
 #include "shaders/include/svo_book.glsl"
-#include "shaders/include/cell_pack.glsl"
+#include "shaders/include/cell_sums_pack.glsl"
 #include "shaders/include/tree_params.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: cells that there is room for, y: level of the leaf parents

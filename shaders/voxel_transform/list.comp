@@ -22,7 +22,8 @@ void main()
     uvec4 info = objects[segment.object].info;
     uint at = slot * KD_MOVING_RECORD;
     records[at] = floatBitsToUint(chunk.origin);
-    records[at + 1u] = uvec4(segment.first, segment.count, segment.chunk_cascade >> 28, chunk.info.z + segment.first - chunk.info.x);
+    bool glows = objects[segment.object].emission.rgb != vec3(0.0);
+    records[at + 1u] = uvec4(segment.first, segment.count, segment.chunk_cascade >> 28 | (glows ? KD_MOVING_GLOWS : 0u), chunk.info.z + segment.first - chunk.info.x);
     records[at + 2u] = uvec4(segment.object, info.yzw);
     uint groups = (segment.count + KD_MOVING_GROUP - 1u) / KD_MOVING_GROUP;
     uint entry = atomicAdd(work[KD_MOVING_COUNT(info.x)], groups), list = KD_MOVING_LIST(info.x, pass.x);

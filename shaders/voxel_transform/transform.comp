@@ -1,5 +1,5 @@
-// Brings cached voxels of the dynamic layer to the world and writes them to the pages; marks the cells that they cover in the
-// layer's mask, unless KD_UNMARKED. One program a kind of object, over the groups that list.comp has listed: KD_SKINNED blends
+// Brings cached voxels of the dynamic layer to the world and writes them to the pages; marks the leaf parents whose cells they
+// cover, unless KD_UNMARKED. One program a kind of object, over the groups that list.comp has listed: KD_SKINNED blends
 // the joints by the voxel's own weights, KD_ATTACHED follows the surface point that it is tied to, neither: the object's matrix.
 // What all voxels read comes through texel buffers, which software drivers gather several times faster than storage.
 // Source: Yalciner 2016, section 4.3 (transformation) and 4.7; the coverage splat is ours.
@@ -13,6 +13,7 @@ layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: segment sl
 layout(binding = 4) uniform usamplerBuffer records;     // rgba32ui, KD_MOVING_RECORD a segment
 layout(binding = 5) uniform usamplerBuffer shapes;      // rg32ui, the cache's
 layout(binding = 6) uniform samplerBuffer object_rows;  // rgba32f, kd_voxel_object_params
+layout(binding = 7) uniform usamplerBuffer colors;      // r32ui, the cache's
 layout(std430, binding = 4) readonly buffer work_block { uint work[]; };
 layout(std430, binding = 5) writeonly buffer voxels_block { uint voxels[]; };
 
@@ -39,16 +40,16 @@ posed pose_of(uvec4 object, uint binding_at, vec3 p, vec3 n)
 }
 
 #ifndef KD_UNMARKED
-layout(std430, binding = 6) buffer mask_block { uint mask[]; };
+layout(std430, binding = 6) buffer mask_block { uint mask[]; }; // of leaf parents
 
-// A cell is marked by seven voxels in the mean: all but the first find the bit there and need no atomic.
+// A leaf parent is marked by a dozen voxels in the mean: all but the first find the bit there and need no atomic.
 void mark(uint c, splat s)
 {
-    uvec3 near = cell_wrap(c, s.cell), far = cell_wrap(c, s.cell + 1);
+    uvec3 near = cell_wrap(c, s.cell) >> 1u, far = cell_wrap(c, s.cell + 1) >> 1u;
     uvec3 near_code = uvec3(morton_spread(near.x), morton_spread(near.y) << 1, morton_spread(near.z) << 2);
     uvec3 far_code = uvec3(morton_spread(far.x), morton_spread(far.y) << 1, morton_spread(far.z) << 2);
-    uint first = cascade_first_bit(c);
-    for (uint corners = splat_corners(s, c); corners != 0u; corners &= corners - 1u) {
+    uint first = cascade_first_bit(c) >> 3u;
+    for (uint corners = splat_parents(s, splat_corners(s, c)); corners != 0u; corners &= corners - 1u) {
         uint k = uint(findLSB(corners));
         uvec3 code = mix(near_code, far_code, notEqual(uvec3(k, k >> 1, k >> 2) & 1u, uvec3(0u)));
         uint bit = first | code.x | code.y | code.z, flag = 1u << (bit & 31u);
@@ -72,10 +73,10 @@ void main()
     uvec2 cached = texelFetch(shapes, int(segment.x + i)).rg;
     kd_voxel_chunk_params chunk;
     chunk.origin = origin;
-    uint c = segment.z;
+    uint c = segment.z & ~KD_MOVING_GLOWS;
     vec3 p = rigid_model_position(chunk, cached.x), n = vec3(snorm8_unpack(cached.y)) / 127.0;
     posed v = pose_of(texelFetch(records, record + 2), segment.w + i, p, n);
-    uint at = (slot * KD_SEGMENT_VOXELS + i) * 3u;
+    uint at = (slot * KD_SEGMENT_VOXELS + i) * KD_PAGE_WORDS;
     precise vec3 position = v.position_ws / tree.cascade[c].w;
     if (!splat_inside(c, position)) {
         voxels[at] = KD_NO_VOXEL;
@@ -84,7 +85,9 @@ void main()
     splat s = splat_at(c, position);
     voxels[at] = splat_pack_cell(s);
     voxels[at + 1u] = splat_pack_fraction(s);
-    voxels[at + 2u] = rigid_pack_normal(v.normal_ws, length(n));
+    uint share = (segment.z & KD_MOVING_GLOWS) != 0u ? cached.y & 0xFF000000u : 0u;
+    voxels[at + 2u] = rigid_pack_normal(v.normal_ws, length(n)) | share;
+    voxels[at + 3u] = texelFetch(colors, int(segment.x + i)).r;
 #ifndef KD_UNMARKED
     mark(c, s);
 #endif

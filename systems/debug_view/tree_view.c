@@ -129,7 +129,6 @@ kd_status debug_view_add_tree(kd_schedule *s)
                                                 {"tree.leaves", KD_USE_SAMPLED},
                                                 {"tree.data", KD_USE_SAMPLED},
                                                 {"svo.masks", KD_USE_STORAGE_READ},
-                                                {"svo.ranks", KD_USE_STORAGE_READ},
                                                 {"svo.cells", KD_USE_STORAGE_READ},
                                                 {"svo.book", KD_USE_STORAGE_READ},
                                                 {"svo.counters", KD_USE_STORAGE_READ},

@@ -102,7 +102,6 @@ kd_status emitters_import(kd_schedule *s)
                               KD_CHANGES(kd_emitters)},
                .resources = {{"svo.book", KD_USE_STORAGE_READ},
                              {"svo.masks", KD_USE_STORAGE_READ},
-                             {"svo.ranks", KD_USE_STORAGE_READ},
                              {"svo.cells", KD_USE_STORAGE_READ},
                              {"svo.counters", KD_USE_STORAGE_READ | KD_USE_INDIRECT},
                              {"tree.uniform", KD_USE_UNIFORM},

@@ -100,7 +100,6 @@ static kd_system_desc inject_desc(inject_state *state)
                        KD_USES(kd_emitters)},
         .resources = {{"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
                       {"svo.masks", KD_USE_STORAGE_READ},
-                      {"svo.ranks", KD_USE_STORAGE_READ},
                       {"svo.cells", KD_USE_STORAGE_READ},
                       {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_INDIRECT},
                       {"tree.uniform", KD_USE_UNIFORM},

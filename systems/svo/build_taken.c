@@ -21,18 +21,13 @@ void svo_bind_taken(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene)
 void svo_add_taken(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
 {
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
-    const kd_gpu_buffer buffers[] = {scene->cache_shape, scene->cache_color, scene->object_params};
-    const kd_texture_format formats[] = {KD_RG32UI, KD_R32UI, KD_RGBA32F};
     uint32_t slots = pages->page_count * KD_PAGE_SEGMENTS, pass[4] = {svo->dynamic_room, 0, slots, 0};
-    for (uint32_t i = 0; i < 3; i++) {
-        svo_view(gpu, &state->cache_viewed[i], &state->cache_views[i], buffers[i], formats[i]);
-        kd_gpu_bind_texture(gpu, i, state->cache_views[i]);
-    }
+    kd_texel_view_bind(gpu, &state->object_view, 0, scene->object_params, KD_RGBA32F);
     svo_bind_taken(gpu, svo, scene);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_dispatch_linear(gpu, state->programs[SVO_TAKEN_ADD], slots * (KD_SEGMENT_VOXELS / 128));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    state->bytes_build += pages->voxel_count * (12 + 4 + 4 + 11 * 8);
+    state->bytes_build += pages->voxel_count * (KD_PAGE_WORDS * 4 + 11 * 8);
 }
 
 /* Bits of masks, counts in the cascades and lists of work from the tables. */

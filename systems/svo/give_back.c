@@ -32,6 +32,16 @@ static void cut(kd_gpu *gpu, kd_gpu_buffer *buffer, uint32_t *capacity, const sv
     *capacity = cells;
 }
 
+/* Cells and heads of chains have the same capacity. Nobody needs what is in them before the next build. */
+static void cut_dynamic(kd_gpu *gpu, kd_svo *svo, const svo_room *room)
+{
+    kd_gpu_destroy_buffer(gpu, svo->dynamic_cells);
+    kd_gpu_destroy_buffer(gpu, svo->heads);
+    svo->dynamic_cells = svo->heads = (kd_gpu_buffer){0};
+    svo->dynamic_capacity = 0;
+    svo_reserve_dynamic(gpu, svo, room->wanted > LEAST ? room->wanted : LEAST);
+}
+
 /* ---- nodes: they get the ranks of their codes as new numbers ---- */
 
 enum { LEAVES, SURFACE, EMISSION, NODES, DATA, BOOK, PARTS };
@@ -195,10 +205,12 @@ void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sc
         cut(gpu, &svo->sums, &svo->sum_capacity, &state->sums, KD_SUM_WORDS * 4, "svo.sums");
     if (spare(&state->fresh, svo->fresh_words) && !scene->static_changed)
         cut(gpu, &svo->fresh, &svo->fresh_words, &state->fresh, 8, "svo.fresh");
-    if (state->still_runs > QUIET)
+    if (state->still_runs > QUIET) {
         svo_reserve_moving(gpu, svo, false);
+        svo_reserve_chains(gpu, svo, 0);
+    }
     if (spare(&state->dynamic, svo->dynamic_capacity))
-        cut(gpu, &svo->dynamic_cells, &svo->dynamic_capacity, &state->dynamic, 16, "svo.dynamic_cells");
+        cut_dynamic(gpu, svo, &state->dynamic);
     if (scene->build != KD_SVO_BUILD_ORDERFREE)
         svo->dynamic_room = svo->sum_capacity;
     else /* until something static is built anew */

@@ -1,6 +1,7 @@
 #ifndef KD_SYSTEMS_SVO_INTERNAL_H
 #define KD_SYSTEMS_SVO_INTERNAL_H
 
+#include "components/pose_access.h"
 #include "components/render_targets.h"
 #include "components/svo.h"
 #include "components/voxel_scene.h"
@@ -9,9 +10,9 @@
 #include "runtime/gpu/rank.h"
 
 typedef enum svo_program {
-    SVO_ACCUMULATE,
+    SVO_LINK,
+    SVO_CELLS,
     SVO_ACCUMULATE_STATIC,
-    SVO_PACK,
     SVO_PACK_STATIC,
     SVO_MERGE,
     SVO_MERGE_STALE,
@@ -49,7 +50,8 @@ enum {
     SVO_SAID_NODES = 4,
     SVO_SAID_TAKEN = 8,
     SVO_SAID_MOVING = 16,
-    SVO_SAID_GLOW = 32
+    SVO_SAID_GLOW = 32,
+    SVO_SAID_CHAINS = 64
 };
 #define svo_say_once(state, what, ...)                                                                       \
     do {                                                                                                     \
@@ -70,10 +72,9 @@ typedef struct svo_room {
 typedef struct svo_state {
     kd_gpu_program programs[SVO_PROGRAM_COUNT];
     kd_gpu_rank rank;
-    kd_gpu_readback readback;      /* counters of the frames before, without a stall */
-    uint32_t texel_viewed[4];      /* buffers behind kd_tree's texel views */
-    kd_gpu_texture cache_views[3]; /* shape and colour of voxels, objects: for builds that take numbers */
-    uint32_t cache_viewed[3];
+    kd_gpu_readback readback; /* counters of the frames before, without a stall */
+    uint32_t texel_viewed[4]; /* buffers behind kd_tree's texel views */
+    kd_texel_view page_view, next_view, object_view;
     bool dynamic_before; /* there were dynamic voxels in the frame before */
     uint32_t said;       /* SVO_SAID_*: messages that were written */
     svo_room nodes, sums, fresh, dynamic;
@@ -89,9 +90,16 @@ void svo_destroy(kd_gpu *gpu, kd_svo *svo);
  */
 kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes);
 
-/** Make room for the sums of so many cells, and for so many cells of the dynamic layer. */
+/** Make room for the sums of so many cells. */
 kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
-kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
+
+/** Make room for the cells of so many leaf parents of the dynamic layer, and for their chains' heads, which
+ * are empty then; and for the chains of so many page voxels; chains of a crowd that has
+ * gone give their room back. */
+kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t parents);
+kd_status svo_reserve_chains(kd_gpu *gpu, kd_svo *svo, uint64_t voxels);
+#define SVO_PARENT_CELL_BYTES (8u * 16u)
+#define SVO_CHAIN_BYTES       (8u * 4u) /* of a voxel: it may lie in eight parents */
 
 /** Make room for bits and ranks of the dynamic layer's cells, or give it back. Errors KD_GPU, KD_NO_MEMORY:
  * as it was */

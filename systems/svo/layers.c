@@ -1,58 +1,25 @@
-/* Cells of the two layers: attributes of voxels are added up in fixed point, at the rank of the cell's mask
- * bit, then packed. Nothing depends on the order of threads. Where there is not room for the sums of all
- * cells at once they are done in rounds, each for a range of ranks.
+/* Cells of the two layers. Nothing depends on the order of threads: attributes of voxels are added up in
+ * fixed point.
  *
- * The dynamic layer comes anew every frame and keeps its cells in the order of the bits. Of the static layer
- * the cells of stale bricks come anew; they go beside their leaves, where they stay while those do. */
+ * The dynamic layer comes anew every frame. Its voxels are chained to the leaf parents whose cells they
+ * cover, at the rank of the parent's mask bit, and one invocation a parent adds up its chain and packs eight
+ * cells. Adding seven words to each cell that a voxel covers takes some forty atomics a voxel, chains take
+ * three.
+ *
+ * Of the static layer the cells of stale bricks come anew, with an atomic addition a word at the rank of the
+ * cell's mask bit; they go beside their leaves, where they stay while those do. Where there is not room for
+ * the sums of all cells at once they are done in rounds, each for a range of ranks. */
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
 
 enum { GROUP = 128 };
 
-/* Room for a layer's cells, kept until its members change. Surfaces share two to three cells a voxel in any
- * pose, wires up to four, and what is counted now may lie on the lattice: twice the count covers that. */
-static uint32_t cells_in_any_pose(const kd_svo *svo, uint32_t counted, uint64_t voxels)
-{
-    uint64_t most = svo->most_bytes / 16;
-    uint64_t want = voxels * 3 > (uint64_t)counted * 2 ? voxels * 3 : (uint64_t)counted * 2;
-    return (uint32_t)(want + 1024 < most ? want + 1024 : most);
-}
-
 void svo_empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells)
 {
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_fill_buffer(gpu, svo->sums, 0, (size_t)cells * KD_SUM_WORDS * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-}
-
-static void accumulate_dynamic(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
-                               const uint32_t pass[4])
-{
-    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
-    kd_gpu_bind_uniform(gpu, 0, pass, 16);
-    kd_gpu_bind_storage(gpu, 0, pages->segments);
-    kd_gpu_bind_storage(gpu, 1, scene->object_params);
-    kd_gpu_bind_storage(gpu, 2, scene->cache_shape);
-    kd_gpu_bind_storage(gpu, 3, scene->cache_color);
-    kd_gpu_bind_storage(gpu, 4, pages->voxels);
-    kd_gpu_bind_storage(gpu, 5, svo->moving);
-    kd_gpu_bind_storage(gpu, 7, svo->sums);
-    kd_gpu_dispatch(gpu, state->programs[SVO_ACCUMULATE], KD_SEGMENT_VOXELS / GROUP,
-                    pages->page_count * KD_PAGE_SEGMENTS, 1);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    state->bytes_build += pages->voxel_count * (12 + 4 + 4 + 11 * 8);
-}
-
-static void pack_dynamic(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const uint32_t pass[4])
-{
-    svo_args(gpu, state, svo, KD_COUNT_DYNAMIC, pass[1], 1, KD_ARGS_DYNAMIC);
-    kd_gpu_bind_uniform(gpu, 0, pass, 16);
-    kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage(gpu, 1, svo->sums);
-    kd_gpu_bind_storage(gpu, 2, svo->dynamic_cells);
-    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_PACK], svo->counters, KD_ARGS_DYNAMIC * 4);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
 }
 
 /* Room for the sums of so many cells, or of as many as there is room for; returns how many make a round. */
@@ -68,45 +35,105 @@ static uint32_t reserve_round(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32
     return svo->sum_capacity < want ? svo->sum_capacity : want;
 }
 
+/* Room for a layer's leaf parents, kept until its members change. Surfaces share a fifth of a parent a voxel
+ * in any pose, wires up to two, and what is counted now may lie on the lattice: twice the count covers that.
+ */
+static uint32_t parents_in_any_pose(const kd_svo *svo, uint32_t counted, uint64_t voxels)
+{
+    uint64_t most = svo->most_bytes / SVO_PARENT_CELL_BYTES;
+    uint64_t want = (voxels > (uint64_t)counted * 2 ? voxels : (uint64_t)counted * 2) + 1024;
+    return (uint32_t)(want < most ? want : most);
+}
+
 /* Room is settled when the layer's members change, so that no frame depends on what earlier ones needed. */
 static void settle_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
     if (!pages->changed && svo->dynamic_room)
         return;
-    uint32_t counted = svo_read_counter(gpu, svo, KD_COUNT_DYNAMIC);
-    uint32_t want = cells_in_any_pose(svo, counted, pages->voxel_count);
+    uint32_t counted = svo_read_counter(gpu, svo, KD_COUNT_PARENTS);
+    uint32_t want = parents_in_any_pose(svo, counted, pages->voxel_count);
     bool made = svo_reserve_dynamic(gpu, svo, want) == KD_OK;
     svo->dynamic_room = svo->dynamic_capacity < want ? svo->dynamic_capacity : want;
     state->dynamic.wanted = svo->dynamic_room;
     if (!made || counted > svo->dynamic_room)
         svo_say_once(state, SVO_SAID_DYNAMIC,
-                     "octree: room for %u of %u cells of what moves; the "
+                     "octree: room for the cells of what moves in %u of %u leaf parents; the "
                      "outermost ones stay dark; raise svo.memory or voxels.span",
                      svo->dynamic_room, counted);
 }
 
+/* Segments whose voxels there is room to chain. */
+static uint32_t reserve_slots(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32_t slots)
+{
+    const uint64_t slot_bytes = KD_SEGMENT_VOXELS * SVO_CHAIN_BYTES;
+    uint64_t most = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / slot_bytes;
+    uint32_t want = slots < most ? slots : (uint32_t)most;
+    if (svo_reserve_chains(gpu, svo, (uint64_t)want * KD_SEGMENT_VOXELS) != KD_OK)
+        want = (uint32_t)(kd_gpu_buffer_size(gpu, svo->next) / slot_bytes);
+    if (want < slots)
+        svo_say_once(
+            state, SVO_SAID_CHAINS,
+            "octree: room for %u of %u segments of what moves; the others stay dark; raise voxels.span", want,
+            slots);
+    return want;
+}
+
+static void link_voxels(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
+                        uint32_t slots)
+{
+    uint32_t pass[4] = {svo->dynamic_room, kd_svo_parent_words(svo), 0, 0};
+    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_texel_view_bind(gpu, &state->page_view, 0, pages->voxels, KD_RGBA32UI);
+    kd_gpu_bind_storage(gpu, 0, pages->segments);
+    kd_svo_bind_parents(gpu, svo, 1);
+    kd_gpu_bind_storage(gpu, 2, svo->heads);
+    kd_gpu_bind_storage(gpu, 3, svo->next);
+    kd_gpu_dispatch(gpu, state->programs[SVO_LINK], KD_SEGMENT_VOXELS / GROUP, slots, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
+}
+
+static void make_cells(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+{
+    uint32_t pass[4] = {svo->dynamic_room, 0, 0, 0};
+    svo_args(gpu, state, svo, KD_COUNT_PARENTS, svo->dynamic_room, 1, KD_ARGS_DYNAMIC);
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_texel_view_bind(gpu, &state->next_view, 1, svo->next, KD_R32UI);
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 1, svo->heads);
+    kd_gpu_bind_storage(gpu, 2, svo->dynamic_cells);
+    kd_gpu_bind_storage(gpu, 3, svo->moving);
+    kd_gpu_bind_storage(gpu, 4, scene->pages[KD_LAYER_DYNAMIC].segments);
+    kd_gpu_bind_storage(gpu, 5, scene->object_params);
+    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_CELLS], svo->counters, KD_ARGS_DYNAMIC * 4);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
+}
+
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    if (!scene->pages[KD_LAYER_DYNAMIC].segment_count || !svo->has_moving) {
-        kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_DYNAMIC * 4, 4, 0);
+    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
+    size_t layer_bytes = (size_t)svo->layer_words * 4;
+    uint32_t words = kd_svo_parent_words(svo), slots = pages->page_count * KD_PAGE_SEGMENTS;
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_DYNAMIC * 4, 4, 0);
+    if (svo->has_moving && (pages->segment_count || state->dynamic_before))
+        kd_gpu_fill_buffer(gpu, svo->moving, 0, layer_bytes, 0);
+    if (!pages->segment_count || !svo->has_moving) {
         svo->dynamic_room = state->dynamic.wanted = 0;
         return;
     }
-    if (kd_gpu_rank_run(gpu, &state->rank, svo->moving, 0, svo->layer_words, svo->moving, svo->layer_words,
-                        svo->counters, KD_COUNT_DYNAMIC) != KD_OK)
+    if (kd_gpu_rank_run(gpu, &state->rank, svo->moving, svo->layer_words, words, svo->moving,
+                        svo->layer_words + words, svo->counters, KD_COUNT_PARENTS) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: moving voxels cannot be numbered; they are left out");
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
-    state->bytes_build += (uint64_t)svo->layer_words * 12;
     settle_dynamic(gpu, state, svo, scene);
-    uint32_t cells = reserve_round(gpu, state, svo, svo->dynamic_room);
-    for (uint32_t first = 0; cells && first < svo->dynamic_room; first += cells) {
-        uint32_t left = svo->dynamic_room - first;
-        uint32_t pass[4] = {first, left < cells ? left : cells, svo->layer_words, 0};
-        svo_empty_sums(gpu, svo, pass[1]);
-        accumulate_dynamic(gpu, state, svo, scene, pass);
-        pack_dynamic(gpu, state, svo, pass);
+    slots = reserve_slots(gpu, state, svo, slots);
+    if (svo->dynamic_room && slots) {
+        link_voxels(gpu, state, svo, scene, slots);
+        make_cells(gpu, state, svo, scene);
     }
+    state->bytes_build +=
+        (uint64_t)words * 12 + layer_bytes + pages->voxel_count * (2 * KD_PAGE_WORDS * 4 + SVO_CHAIN_BYTES);
 }
 
 static void accumulate_static(kd_gpu *gpu, const svo_state *state, const kd_svo *svo,

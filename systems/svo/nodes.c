@@ -1,5 +1,6 @@
 /* The tree above the cells, kept from frame to frame:
- *   1. both layers' masks are joined and reduced, level by level;
+ *   1. the static layer's cells and the leaf parents of the dynamic one are joined and reduced, level by
+ * level;
  *   2. what differs from the masks of the frame before is nodes that go and nodes that come. Those that go
  * give their numbers back, from below; those that come take numbers, from above, both in the order of their
  *      codes by the ranks of their bits;
@@ -79,7 +80,7 @@ static void merge_cells(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, 
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->masks);
-    kd_gpu_bind_storage(gpu, 2, svo->moving);
+    kd_svo_bind_parents(gpu, svo, 2);
     kd_gpu_bind_storage(gpu, 3, svo->level_masks[svo->current]);
     kd_gpu_bind_storage(gpu, 4, svo->touched);
     kd_gpu_bind_storage(gpu, 7, svo->book);
@@ -114,7 +115,7 @@ static void merge_masks(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const 
         kd_gpu_dispatch(gpu, state->programs[SVO_REDUCE], groups(svo->mask_words[l]), 1, 1);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     }
-    state->bytes_build += (uint64_t)svo->layer_words * 8;
+    state->bytes_build += (uint64_t)svo->layer_words * 5;
 }
 
 static void rank(kd_gpu *gpu, svo_state *state, const kd_svo *svo, kd_gpu_buffer mask, uint32_t first,

@@ -24,7 +24,7 @@ void svo_morton_cell(uint32_t code, uint32_t cell[3])
         cell[i % 3] |= (code >> i & 1u) << (i / 3);
 }
 
-uint32_t svo_splat_weight(const uint32_t voxel[3], uint32_t i)
+uint32_t svo_splat_weight(const uint32_t voxel[KD_PAGE_WORDS], uint32_t i)
 {
     uint32_t product = 1;
     for (uint32_t k = 0; k < 3; k++) {
@@ -34,7 +34,7 @@ uint32_t svo_splat_weight(const uint32_t voxel[3], uint32_t i)
     return product >> 16;
 }
 
-void svo_splat_cell(const uint32_t voxel[3], uint32_t i, int32_t cell[3])
+void svo_splat_cell(const uint32_t voxel[KD_PAGE_WORDS], uint32_t i, int32_t cell[3])
 {
     for (uint32_t k = 0; k < 3; k++)
         cell[k] = (int32_t)(voxel[0] >> (10 * k) & 1023u) - 1 + (int32_t)(i >> k & 1u);
@@ -73,13 +73,13 @@ typedef void visit_cell(svo_reference *tree, uint32_t layer, uint32_t bit, uint3
 
 /* Visit every cell that a page voxel leaves a mark in. */
 static void visit_voxel(svo_reference *tree, const svo_reference_source *source, uint32_t layer, uint32_t c,
-                        const uint32_t voxel[3], visit_cell *visit, const void *user)
+                        const uint32_t voxel[KD_PAGE_WORDS], visit_cell *visit, const void *user)
 {
     for (uint32_t i = 0; i < 8; i++) {
         int32_t cell[3];
         uint32_t weight = svo_splat_weight(voxel, i);
         svo_splat_cell(voxel, i, cell);
-        if (weight < SVO_SPLAT_MIN_WEIGHT || !svo_owned(1u << tree->leaf_level, c, cell))
+        if (weight < KD_SPLAT_MIN_WEIGHT || !svo_owned(1u << tree->leaf_level, c, cell))
             continue;
         uint32_t code = svo_wrapped_code(tree->leaf_level, source->origin[c], cell);
         visit(tree, layer, (c << (3 * tree->leaf_level)) + code, weight, user);
@@ -101,7 +101,7 @@ typedef struct voxel_attributes {
 
 static voxel_attributes load_attributes(const svo_reference_source *source,
                                         const struct kd_voxel_segment *segment, uint32_t i,
-                                        const uint32_t voxel[3])
+                                        const uint32_t voxel[KD_PAGE_WORDS])
 {
     uint32_t color = source->color[segment->first + i];
     voxel_attributes a = {.double_sided = (color >> 24 & 1u) != 0, .area = color >> 25};

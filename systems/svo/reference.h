@@ -12,7 +12,8 @@
 /* Pages of one layer, as read back. */
 typedef struct svo_reference_layer {
     const struct kd_voxel_segment *segments; /* [slots] */
-    const uint32_t (*voxels)[3]; /* [slots * KD_SEGMENT_VOXELS] page voxels of shaders/shared/voxel.h */
+    const uint32_t (
+        *voxels)[KD_PAGE_WORDS]; /* [slots * KD_SEGMENT_VOXELS] page voxels of shaders/shared/voxel.h */
     uint32_t slots;
 } svo_reference_layer;
 
@@ -48,15 +49,13 @@ uint32_t svo_morton(uint32_t x, uint32_t y, uint32_t z);
 void svo_morton_cell(uint32_t code, uint32_t cell[3]);
 
 /** Share of 256 and cell of corner i of a page voxel's block, as in shaders/include/splat.glsl. */
-uint32_t svo_splat_weight(const uint32_t voxel[3], uint32_t i);
-void svo_splat_cell(const uint32_t voxel[3], uint32_t i, int32_t cell[3]);
+uint32_t svo_splat_weight(const uint32_t voxel[KD_PAGE_WORDS], uint32_t i);
+void svo_splat_cell(const uint32_t voxel[KD_PAGE_WORDS], uint32_t i, int32_t cell[3]);
 
 /** Morton code of the wrapped place of a cell of a cascade whose low corner stands at `origin`. */
 uint32_t svo_wrapped_code(uint32_t leaf_level, const int32_t origin[3], const int32_t cell[3]);
 
 /** Tell whether cascade c owns a cell: it is inside, and no finer cascade covers it. */
 bool svo_owned(uint32_t resolution, uint32_t c, const int32_t cell[3]);
-
-#define SVO_SPLAT_MIN_WEIGHT 8u
 
 #endif

@@ -128,11 +128,28 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 
 void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 {
-    kd_gpu_buffer buffers[] = {
-        svo->changes,        svo->uniform,        svo->masks,   svo->moving,         svo->fresh,
-        svo->level_masks[0], svo->level_masks[1], svo->touched, svo->diff,           svo->diff_ranks,
-        svo->book,           svo->counters,       svo->sums,    svo->static_surface, svo->static_emission,
-        svo->dynamic_cells,  svo->index,          svo->nodes,   svo->leaves,         svo->data};
+    kd_gpu_buffer buffers[] = {svo->changes,
+                               svo->uniform,
+                               svo->masks,
+                               svo->moving,
+                               svo->fresh,
+                               svo->level_masks[0],
+                               svo->level_masks[1],
+                               svo->touched,
+                               svo->diff,
+                               svo->diff_ranks,
+                               svo->book,
+                               svo->counters,
+                               svo->sums,
+                               svo->static_surface,
+                               svo->static_emission,
+                               svo->dynamic_cells,
+                               svo->heads,
+                               svo->next,
+                               svo->index,
+                               svo->nodes,
+                               svo->leaves,
+                               svo->data};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         kd_gpu_destroy_buffer(gpu, buffers[i]);
     kd_gpu_texture textures[] = {svo->atlas_view, svo->atlas, svo->depths_view, svo->depths};
@@ -268,9 +285,10 @@ kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted)
 kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted)
 {
     kd_gpu_buffer made = {0};
+    size_t words = (size_t)svo->layer_words + 2 * kd_svo_parent_words(svo);
     if (svo->has_moving == wanted)
         return KD_OK;
-    kd_status status = make_buffer(gpu, &made, wanted ? (size_t)svo->layer_words * 8 : 4, "svo.moving");
+    kd_status status = make_buffer(gpu, &made, wanted ? words * 4 : 4, "svo.moving");
     if (status)
         return status;
     kd_gpu_destroy_buffer(gpu, svo->moving);
@@ -279,9 +297,28 @@ kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted)
     return KD_OK;
 }
 
-kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t cells)
+kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t parents)
 {
-    return reserve(gpu, &svo->dynamic_cells, &svo->dynamic_capacity, cells, 16, "svo.dynamic_cells");
+    uint32_t held = svo->dynamic_capacity;
+    if (parents <= held)
+        return KD_OK;
+    kd_status status = kd_gpu_ensure_buffer(gpu, &svo->heads, (size_t)parents * 8, 0, "svo.chains");
+    if (!status)
+        kd_gpu_fill_buffer(gpu, svo->heads, 0, (size_t)parents * 8, KD_EMPTY);
+    if (!status)
+        status = reserve(gpu, &svo->dynamic_cells, &svo->dynamic_capacity, parents, SVO_PARENT_CELL_BYTES,
+                         "svo.dynamic_cells");
+    return status;
+}
+
+kd_status svo_reserve_chains(kd_gpu *gpu, kd_svo *svo, uint64_t voxels)
+{
+    uint64_t bytes = voxels * SVO_CHAIN_BYTES;
+    if (kd_gpu_buffer_size(gpu, svo->next) > 4 * bytes) {
+        kd_gpu_destroy_buffer(gpu, svo->next);
+        svo->next = (kd_gpu_buffer){0};
+    }
+    return bytes ? kd_gpu_ensure_buffer(gpu, &svo->next, bytes, 0, "svo.chains") : KD_OK;
 }
 
 void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene)

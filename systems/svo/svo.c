@@ -11,9 +11,9 @@
 #include "systems/svo/internal.h"
 
 static const char *const program_paths[SVO_PROGRAM_COUNT] = {
-    [SVO_ACCUMULATE] = "shaders/svo/accumulate.comp",
+    [SVO_LINK] = "shaders/svo/link.comp",
+    [SVO_CELLS] = "shaders/svo/cells.comp",
     [SVO_ACCUMULATE_STATIC] = "shaders/svo/accumulate_static.comp",
-    [SVO_PACK] = "shaders/svo/pack.comp",
     [SVO_PACK_STATIC] = "shaders/svo/pack_static.comp",
     [SVO_MERGE] = "shaders/svo/merge.comp",
     [SVO_MERGE_STALE] = "shaders/svo/merge.comp",
@@ -134,12 +134,12 @@ uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter)
 }
 
 /* What a cascade has whether or not anything is in it: dense cells in six directions and their index, the
- * bits of both layers' cells and of all levels, and the ranks of what moves. */
+ * bits of both layers' cells and of all levels, and the ranks of leaf parents in which something moves. */
 static uint64_t empty_cascade_bytes(const kd_svo *svo)
 {
-    const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE, layers = svo->has_moving ? 3 : 1;
+    const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE, bits = svo->has_moving ? 18 : 8;
     uint64_t parts = svo->layer_words / svo->cascades / 8, list = cells > 2 * parts ? cells : 2 * parts;
-    uint64_t words = (8 * layers + 4) * parts;
+    uint64_t words = (bits + 4) * parts;
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         words += 2ull * (svo->mask_words[l] / svo->cascades);
     return cells * (6u * 4 + 2u * 4 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS + list) * 4;
@@ -249,8 +249,9 @@ static void fini(kd_system_context *context)
     kd_gpu_texture views[] = {tree->index, tree->nodes, tree->leaves, tree->data};
     for (size_t i = 0; i < sizeof views / sizeof *views; i++)
         kd_gpu_destroy_texture(gpu, views[i]);
-    for (int i = 0; i < 3; i++)
-        kd_gpu_destroy_texture(gpu, s->cache_views[i]);
+    kd_texel_view_fini(gpu, &s->page_view);
+    kd_texel_view_fini(gpu, &s->next_view);
+    kd_texel_view_fini(gpu, &s->object_view);
     kd_gpu_destroy_readback(gpu, s->readback);
     kd_gpu_rank_fini(gpu, &s->rank);
     svo_destroy(gpu, kd_singleton(context->world, kd_svo));
@@ -285,7 +286,7 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                .where = KD_ON_GPU,
                .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_CHANGES(kd_tree),
                               KD_USES(kd_frame)},
-               .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+               .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_SAMPLED},
                              {"voxels.objects", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
                              {"voxels.chunks", KD_USE_STORAGE_READ},
                              {"voxels.cache", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
@@ -293,7 +294,7 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                              {"tree.uniform", KD_USE_UNIFORM | KD_USE_COPY_WRITE},
                              {"svo.masks", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
                              {"svo.fresh", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                             {"svo.ranks", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ},
+                             {"svo.chains", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},
                              {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
                                                KD_USE_COPY_WRITE},
                              {"svo.levels", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},

@@ -256,8 +256,8 @@ static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages, bool dynamic)
         status = kd_gpu_ensure_buffer(gpu, &pages->stacks, count * stack, before * stack, "voxels.stacks");
     size_t bounds = (size_t)KD_PAGE_SEGMENTS * KD_SEGMENT_GROUPS * 8;
     if (!status && dynamic)
-        status =
-            kd_gpu_ensure_buffer(gpu, &pages->voxels, (size_t)count * KD_PAGE_VOXELS * 12, 0, "voxels.pages");
+        status = kd_gpu_ensure_buffer(gpu, &pages->voxels, (size_t)count * KD_PAGE_VOXELS * KD_PAGE_WORDS * 4,
+                                      0, "voxels.pages");
     else if (!status)
         status = kd_gpu_ensure_buffer(gpu, &pages->bounds, count * bounds, before * bounds, "voxels.bounds");
     if (status)

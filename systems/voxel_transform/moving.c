@@ -36,6 +36,7 @@ void moving_fini(kd_gpu *gpu, moving_voxels *m)
     kd_texel_view_fini(gpu, &m->record_view);
     kd_texel_view_fini(gpu, &m->shape_view);
     kd_texel_view_fini(gpu, &m->object_view);
+    kd_texel_view_fini(gpu, &m->color_view);
     kd_gpu_destroy_buffer(gpu, m->work);
     kd_gpu_destroy_buffer(gpu, m->records);
     kd_pose_access_fini(gpu, &m->pose);
@@ -95,12 +96,13 @@ kd_status moving_transform(kd_system_context *context, moving_voxels *m, const k
         return status;
     list_groups(gpu, m, scene, slots);
     kd_gpu_bind_storage(gpu, 5, pages->voxels);
-    kd_gpu_bind_storage(gpu, 6, svo->moving);
+    kd_svo_bind_parents(gpu, svo, 6);
     kd_pose_access_bind(gpu, &m->pose, kd_singleton(context->world, kd_scene_store),
                         kd_singleton(context->world, kd_joint_palette), scene->cache_binding);
     kd_texel_view_bind(gpu, &m->record_view, KD_POSE_VIEWS, m->records, KD_RGBA32UI);
     kd_texel_view_bind(gpu, &m->shape_view, KD_POSE_VIEWS + 1, scene->cache_shape, KD_RG32UI);
     kd_texel_view_bind(gpu, &m->object_view, KD_POSE_VIEWS + 2, scene->object_params, KD_RGBA32F);
+    kd_texel_view_bind(gpu, &m->color_view, KD_POSE_VIEWS + 3, scene->cache_color, KD_R32UI);
     for (uint32_t k = 0; k < KD_MOVING_KINDS; k++) {
         uint32_t pass[4] = {slots, k, 0, 0};
         kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);

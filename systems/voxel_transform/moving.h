@@ -13,7 +13,7 @@ typedef struct moving_voxels {
     kd_gpu_program list, list_args;
     kd_gpu_program programs[2][KD_MOVING_KINDS]; /* without and with marks in the mask; by KD_VOXEL_* */
     kd_gpu_buffer work, records;
-    kd_texel_view record_view, shape_view, object_view;
+    kd_texel_view record_view, shape_view, object_view, color_view;
     kd_pose_access pose;
 } moving_voxels;
 

@@ -1,6 +1,7 @@
-/* System voxel_transform: marks the cells that voxels cover. The dynamic layer goes every frame, its voxels
- * are brought to the world and kept in the pages for the sums. Of the static layer only what lies in stale
- * parts goes: groups of voxels are culled against these, and those left mark the cells of stale bricks. */
+/* System voxel_transform: marks what voxels cover. The dynamic layer goes every frame, its voxels are brought
+ * to the world and kept in the pages for their cells; they mark leaf parents. Of the static layer only what
+ * lies in stale parts goes: groups of voxels are culled against these, and those left mark the cells of stale
+ * bricks. */
 #include "systems/voxel_transform/voxel_transform.h"
 
 #include <stdlib.h>
@@ -81,7 +82,7 @@ static void transform_dynamic(kd_system_context *context, transform_state *state
 {
     if (moving_transform(context, &state->moving, scene, svo) != KD_OK)
         kd_log(KD_LOG_WARNING, "voxel transform: no memory to list moving voxels; they stay as they are");
-    state->bytes += scene->pages[KD_LAYER_DYNAMIC].voxel_count * (8 + 12 + 4);
+    state->bytes += scene->pages[KD_LAYER_DYNAMIC].voxel_count * (8 + 4 + KD_PAGE_WORDS * 4);
 }
 
 static void run(kd_system_context *context)
@@ -98,7 +99,7 @@ static void run(kd_system_context *context)
         mark_static(gpu, state, scene, svo);
     bool takes = scene->build != KD_SVO_BUILD_ORDERFREE; /* and needs no bits */
     if (svo->has_moving)
-        kd_gpu_fill_buffer(gpu, svo->moving, 0, (size_t)svo->layer_words * 4, 0);
+        kd_gpu_fill_buffer(gpu, svo->moving, (size_t)svo->layer_words * 4, kd_svo_parent_words(svo) * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     if (scene->pages[KD_LAYER_DYNAMIC].segment_count && (svo->has_moving || takes))
         transform_dynamic(context, state, scene, svo);

@@ -29,7 +29,7 @@ static cover read_cover(voxel_world *v, int layer, uint32_t at_least)
                 int32_t cell[3];
                 svo_splat_cell(voxel, k, cell);
                 uint32_t weight = svo_splat_weight(voxel, k);
-                if (weight < SVO_SPLAT_MIN_WEIGHT)
+                if (weight < KD_SPLAT_MIN_WEIGHT)
                     continue;
                 assert_true(svo_owned(n, 0, cell));
                 c.weight[((uint32_t)cell[2] * n + (uint32_t)cell[1]) * n + (uint32_t)cell[0]] += weight;

@@ -94,10 +94,8 @@ static body body_open(kd_model *model, voxel_options options)
 {
     uint32_t number;
     body b = {.v = voxel_open(options)};
-    if (options.cascades == 0) { /* masks of what moves are all it takes */
-        assert_int_equal(kd_schedule_enable(b.v.schedule, "svo_build", false), KD_OK);
+    if (options.cascades == 0) /* masks are all it takes */
         assert_int_equal(kd_schedule_enable(b.v.schedule, "svo_filter", false), KD_OK);
-    }
     b.parent = kd_spawn(b.v.world, KD_VAL(kd_transform, KD_TRANSFORM_IDENTITY), KD_TAG(kd_world_transform));
     assert_int_equal(kd_scene_add_model(b.v.world, model, &number), KD_OK);
     assert_int_equal(kd_scene_instantiate(b.v.world, number, b.parent, "body", &b.root), KD_OK);

@@ -84,7 +84,7 @@ static bool read_leaves(const dump *d, const kd_svo *svo, leaf_source *s)
         .surface = dump_read(d, svo->static_surface, 0, slots * 8),
         .emission = dump_read(d, svo->static_emission, 0, svo->glows ? slots * 8 : 4),
         .glows = svo->glows,
-        .cells = dump_read(d, svo->dynamic_cells, 0, (size_t)svo->dynamic_room * 16),
+        .cells = dump_read(d, svo->dynamic_cells, 0, (size_t)svo->dynamic_room * 8 * 16),
         .leaves = dump_read(d, svo->leaves, 0, slots * 8),
     };
     return s->masks && s->moving && s->codes && s->surface && s->emission && s->cells && s->leaves;
@@ -115,11 +115,13 @@ static void add_static(leaf_row *row, const leaf_source *s, uint32_t slot)
 
 static void add_dynamic(leaf_row *row, const leaf_source *s, const kd_svo *svo, uint32_t code)
 {
-    uint32_t word = s->moving[code >> 5], below = word & ((1u << (code & 31)) - 1);
-    uint32_t rank = s->moving[svo->layer_words + (code >> 5)] + (uint32_t)__builtin_popcount(below);
+    uint32_t parent = code >> 3, words = kd_svo_parent_words(svo);
+    const uint32_t *parents = s->moving + svo->layer_words; /* mask, then ranks */
+    uint32_t below = parents[parent >> 5] & ((1u << (parent & 31)) - 1);
+    uint32_t rank = parents[words + (parent >> 5)] + (uint32_t)__builtin_popcount(below);
     row->layers |= 2;
     if (rank < svo->dynamic_room)
-        add_cell(row, s->cells + 4 * (size_t)rank);
+        add_cell(row, s->cells + 4 * ((size_t)rank * 8 + (code & 7)));
 }
 
 static void put_leaf(dump *d, const kd_voxel_scene *scene, const kd_svo *svo, const leaf_source *s,

@@ -23,7 +23,7 @@ static const dump_column page_columns[] = {
 };
 
 static void put_page_voxel(dump *d, const kd_voxel_scene *scene, const struct kd_voxel_segment *segment,
-                           const uint32_t voxel[3])
+                           const uint32_t voxel[KD_PAGE_WORDS])
 {
     uint32_t c = segment->chunk_cascade >> 28;
     page_row row = {.object = segment->object, .cascade = c};
@@ -47,7 +47,8 @@ kd_status dump_pages(dump *d)
     if (status != KD_OK)
         return status;
     struct kd_voxel_segment *segments = dump_read(d, pages->segments, 0, slots * sizeof *segments);
-    uint32_t(*voxels)[3] = dump_read(d, pages->voxels, 0, (size_t)slots * KD_SEGMENT_VOXELS * sizeof *voxels);
+    uint32_t(*voxels)[KD_PAGE_WORDS] =
+        dump_read(d, pages->voxels, 0, (size_t)slots * KD_SEGMENT_VOXELS * sizeof *voxels);
     if (segments && voxels) {
         for (uint32_t s = 0; s < slots; s++)
             for (uint32_t i = 0; i < segments[s].count; i++)

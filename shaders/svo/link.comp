@@ -1,0 +1,42 @@
+// Chains the dynamic layer's page voxels to the leaf parents whose cells they cover: entry 8 * voxel + corner, where the corner
+// stands for a parent (splat_parents). A parent's place is the rank of its mask bit. Chains come in any order; what is made of
+// them (cells.comp) does not depend on it. The first of a chain notes the parent's code.
+layout(local_size_x = 128) in;
+
+#include "shaders/include/splat.glsl"
+#include "shaders/include/morton.glsl"
+#include "shaders/include/rank.glsl"
+
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: parents that there is room for, y: words of their mask
+layout(binding = 0) uniform usamplerBuffer voxels; // rgba32ui
+layout(std430, binding = 0) readonly buffer segments_block { kd_voxel_segment segments[]; };
+layout(std430, binding = 1) readonly buffer parents_block { uint parents[]; }; // mask, then ranks
+layout(std430, binding = 2) buffer heads_block { uvec2 heads[]; };             // first entry, code
+layout(std430, binding = 3) writeonly buffer next_block { uint next[]; };
+
+void link(uint entry, uint code)
+{
+    uint word = parents[code >> 5], rank = rank_below(parents[pass.y + (code >> 5)], word, code);
+    if ((word >> (code & 31u) & 1u) == 0u || rank >= pass.x)
+        return;
+    uint before = atomicExchange(heads[rank].x, entry);
+    next[entry] = before;
+    if (before == KD_EMPTY)
+        heads[rank].y = code;
+}
+
+void main()
+{
+    uint slot = gl_WorkGroupID.y, i = gl_GlobalInvocationID.x, voxel = slot * KD_SEGMENT_VOXELS + i;
+    if (i >= segments[slot].count)
+        return;
+    uvec2 place = texelFetch(voxels, int(voxel)).xy;
+    if (place.x == KD_NO_VOXEL)
+        return;
+    splat s = splat_unpack(place.x, place.y);
+    uint c = segments[slot].chunk_cascade >> 28, first = cascade_first_bit(c);
+    for (uint corners = splat_parents(s, splat_corners(s, c)); corners != 0u; corners &= corners - 1u) {
+        uint k = uint(findLSB(corners));
+        link(voxel * 8u + k, (first + morton_encode(cell_wrap(c, splat_cell(s, k)))) >> 3);
+    }
+}
