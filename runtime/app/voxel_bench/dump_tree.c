@@ -31,10 +31,10 @@ static bool bit_at(const uint32_t *words, uint32_t bit)
     return (words[bit >> 5] >> (bit & 31) & 1u) != 0;
 }
 
-/* Bits of the dynamic layer, then their ranks; zeros when nothing moves. */
+/* Bits of the dynamic layer, then of its leaf parents and their ranks; zeros when nothing moves. */
 static uint32_t *read_moving(const dump *d, const kd_svo *svo)
 {
-    size_t bytes = (size_t)svo->layer_words * 8;
+    size_t bytes = ((size_t)svo->layer_words + 2 * kd_svo_parent_words(svo)) * 4;
     if (svo->has_moving)
         return dump_read(d, svo->moving, 0, bytes);
     uint32_t *none = calloc(1, bytes);
