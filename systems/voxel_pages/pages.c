@@ -33,6 +33,7 @@ typedef struct layer_pages {
     list in, out;          /* segment_request, uint32_t ids */
     list free_ids;         /* ids to use again */
     uint32_t spare_frames; /* in a row in which more than half of the pages were spare */
+    bool said_short;       /* that not all of it has pages */
 } layer_pages;
 
 typedef struct pages_state {
@@ -243,23 +244,34 @@ static bool ensure_stream(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const
     return buffer->id != 0;
 }
 
+enum { MOVING_PAGE_BYTES = KD_PAGE_VOXELS * KD_PAGE_WORDS * 4, BOUNDS_BYTES = KD_PAGE_SEGMENTS * KD_SEGMENT_GROUPS * 8 };
+
+/* Pages of a layer that the driver binds at a time. */
+static uint32_t most_pages(const kd_gpu *gpu, bool dynamic)
+{
+    return (uint32_t)(kd_gpu_get_info(gpu)->max_ssbo_bytes / (dynamic ? MOVING_PAGE_BYTES : BOUNDS_BYTES));
+}
+
+/* Errors TOO_LARGE when not all segments can have a page: there are as many then as there may be */
 static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages, bool dynamic)
 {
-    uint32_t need = pages_needed(pages);
-    if (need <= pages->page_count)
-        return KD_OK;
-    uint32_t before = pages->page_count, count = need > before + before / 2 ? need : before + before / 2;
+    uint32_t need = pages_needed(pages), before = pages->page_count, most = most_pages(gpu, dynamic);
+    uint32_t count = need > before + before / 2 ? need : before + before / 2;
+    kd_status enough = need > most ? KD_TOO_LARGE : KD_OK;
+    count = count < most ? count : most;
+    if (need <= before || count <= before)
+        return enough;
     size_t stack = (KD_PAGE_SEGMENTS + 1) * 4, segments = KD_PAGE_SEGMENTS * sizeof(struct kd_voxel_segment);
     kd_status status =
         kd_gpu_ensure_buffer(gpu, &pages->segments, count * segments, before * segments, "voxels.segments");
     if (!status)
         status = kd_gpu_ensure_buffer(gpu, &pages->stacks, count * stack, before * stack, "voxels.stacks");
-    size_t bounds = (size_t)KD_PAGE_SEGMENTS * KD_SEGMENT_GROUPS * 8;
     if (!status && dynamic)
-        status = kd_gpu_ensure_buffer(gpu, &pages->voxels, (size_t)count * KD_PAGE_VOXELS * KD_PAGE_WORDS * 4,
-                                      0, "voxels.pages");
+        status =
+            kd_gpu_ensure_buffer(gpu, &pages->voxels, (size_t)count * MOVING_PAGE_BYTES, 0, "voxels.pages");
     else if (!status)
-        status = kd_gpu_ensure_buffer(gpu, &pages->bounds, count * bounds, before * bounds, "voxels.bounds");
+        status = kd_gpu_ensure_buffer(gpu, &pages->bounds, (size_t)count * BOUNDS_BYTES,
+                                      (size_t)before * BOUNDS_BYTES, "voxels.bounds");
     if (status)
         return status;
     kd_gpu_fill_buffer(gpu, pages->segments, before * segments, (count - before) * segments, 0);
@@ -269,7 +281,7 @@ static kd_status make_pages(kd_gpu *gpu, kd_voxel_pages *pages, bool dynamic)
     for (uint32_t p = before; p < count; p++)
         kd_gpu_write_buffer(gpu, pages->stacks, p * stack, full, stack);
     pages->page_count = count;
-    return KD_OK;
+    return enough;
 }
 
 static void dispatch_list(kd_gpu *gpu, pages_state *state, kd_gpu_program program, const layer_pages *layer,
@@ -303,6 +315,25 @@ static void bound_groups(kd_gpu *gpu, const pages_state *state, const kd_voxel_s
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
+static void say_short(const kd_gpu *gpu, layer_pages *layer, const kd_voxel_pages *pages, bool dynamic,
+                      kd_status status)
+{
+    uint32_t voxels = most_pages(gpu, dynamic) * KD_PAGE_VOXELS;
+    if (layer->said_short)
+        return;
+    layer->said_short = true;
+    if (status == KD_TOO_LARGE)
+        kd_log(KD_LOG_WARNING,
+               "voxel pages: the driver binds %u voxels that %s at a time, of %llu; indirect light lacks "
+               "those that "
+               "came last; raise voxels.span",
+               voxels, dynamic ? "move" : "stand still", (unsigned long long)pages->voxel_count);
+    else
+        kd_log(KD_LOG_WARNING, "voxel pages: %s; indirect light lacks some objects; raise voxels.span",
+               kd_status_text(status));
+}
+
+/* Segments for which there is no page stay without a slot, in the shaders' eyes too. */
 static void update_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene, uint32_t l)
 {
     layer_pages *layer = &state->layers[l];
@@ -310,16 +341,16 @@ static void update_layer(kd_gpu *gpu, pages_state *state, kd_voxel_scene *scene,
     dispatch_list(gpu, state, state->free, layer, pages, &layer->out, 4);
     if (layer->in.count) {
         size_t have = layer->slots.id ? kd_gpu_buffer_size(gpu, layer->slots) : 0;
-        kd_status status = make_pages(gpu, pages, l == KD_LAYER_DYNAMIC);
-        if (!status && have < (size_t)layer->id_count * 4)
+        kd_status made = make_pages(gpu, pages, l == KD_LAYER_DYNAMIC), status = KD_OK;
+        if (have < (size_t)layer->id_count * 4)
             status =
                 kd_gpu_ensure_buffer(gpu, &layer->slots, (size_t)layer->id_count * 8, have, "voxels.slots");
-        if (status)
-            kd_log(KD_LOG_WARNING, "voxel pages: %s; indirect light lacks some objects",
-                   kd_status_text(status));
-        else
+        if (made || status)
+            say_short(gpu, layer, pages, l == KD_LAYER_DYNAMIC, made ? made : status);
+        bool some = !status && pages->page_count > 0;
+        if (some)
             dispatch_list(gpu, state, state->allocate, layer, pages, &layer->in, sizeof(segment_request));
-        if (!status && l == KD_LAYER_STATIC)
+        if (some && l == KD_LAYER_STATIC)
             bound_groups(gpu, state, scene, layer);
     }
     layer->in.count = layer->out.count = 0;

@@ -1,5 +1,6 @@
 /* Segments come and go; no slot is lost, none is given twice. */
 
+#include "runtime/gpu/internal.h"
 #include "tests/voxel_fixture.h"
 
 /* Slots of a page are each on its stack or in use, once; what is in use is what the objects have. */
@@ -151,9 +152,48 @@ static void thousands_come_and_go(void **state)
     voxel_close(&v);
 }
 
+/* With blocks of 2 MiB the driver takes two pages of what moves, 131 072 voxels; three boxes have 180 000. */
+static void moving_voxels_beyond_one_block_are_left_out_and_told(void **state)
+{
+    (void)state;
+    int64_t driver = voxel_gpu->info.max_ssbo_bytes;
+    voxel_gpu->info.max_ssbo_bytes = 2 << 20;
+    voxel_world v = voxel_open((voxel_options){.resolution = 128, .span = 0.01f});
+    kd_entity boxes[3];
+    for (int i = 0; i < 3; i++) {
+        float edge = 1.195f - 0.2f * (float)i;
+        boxes[i] = voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){edge, edge, edge}, NULL, voxel_at(0, 0, 0));
+    }
+    voxel_frame(&v);
+    for (int frame = 0; frame < 2; frame++) {
+        for (int i = 0; i < 3; i++)
+            kd_find_mut(v.world, boxes[i], kd_transform)->position.x += 0.004f;
+        voxel_frame(&v);
+        const kd_voxel_pages *pages = &voxel_scene(&v)->pages[KD_LAYER_DYNAMIC];
+        uint32_t *mask = voxel_read_mask(&v, KD_LAYER_DYNAMIC);
+        assert_true(pages->voxel_count > 2 * KD_PAGE_VOXELS);
+        assert_int_equal(pages->page_count, 2);
+        assert_true(voxel_count_bits(mask, voxel_svo(&v)->layer_words) > KD_PAGE_VOXELS);
+        free(mask);
+    }
+    const char *said = strstr(voxel_warnings, "the driver binds 131072 voxels that move");
+    assert_non_null(said);
+    assert_null(strstr(said + 1, "the driver binds"));
+    for (int i = 0; i < 3; i++)
+        kd_destroy(v.world, boxes[i]);
+    voxel_frame(&v);
+    assert_int_equal(voxel_scene(&v)->pages[KD_LAYER_DYNAMIC].segment_count, 0);
+    voxel_gpu->info.max_ssbo_bytes = driver;
+    if (kd_gpu_failed(voxel_gpu))
+        fail_msg("logged: %s", voxel_warnings);
+    voxel_warnings[0] = '\0';
+    voxel_close(&v);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(moving_voxels_beyond_one_block_are_left_out_and_told),
         cmocka_unit_test(camera_flies_through_a_field),
         cmocka_unit_test(thousands_come_and_go),
     };
