@@ -104,6 +104,7 @@ kd_status app_help_print(const char *topic, const kd_extension *extension)
     kd_nearest_offer(&near, "settings");
     kd_nearest_offer(&near, "scenario");
     kd_nearest_offer(&near, "man");
+    kd_nearest_offer(&near, "messages");
     kd_nearest_offer(&near, "bash");
     kd_nearest_offer(&near, "zsh");
     if (strcmp(topic, "scenario") == 0)
@@ -114,6 +115,10 @@ kd_status app_help_print(const char *topic, const kd_extension *extension)
     }
     if (strcmp(topic, "man") == 0) {
         app_manual_print();
+        return KD_OK;
+    }
+    if (strcmp(topic, "messages") == 0) {
+        app_messages_print();
         return KD_OK;
     }
     if (strcmp(topic, "bash") == 0) {

@@ -5,7 +5,7 @@
 
 #include "runtime/app/extension.h"
 
-/** Print help on the program (topic NULL), a command, "settings" or "scenario" to standard output, or the
+/** Print help on the program (topic NULL), a command, "settings", "scenario" or "messages" to standard output, or the
  *  program's manual page ("man") or its completion for a shell ("bash", "zsh").
  *
  *  extension  whose components scenarios can use, too; NULL: none

@@ -76,6 +76,21 @@ void app_manual_print(void)
     printf(".SH EXIT STATUS\n0 done, 1 the work failed, 2 the command line is wrong, 130 interrupted.\n");
 }
 
+/* ---- messages ---- */
+
+void app_messages_print(void)
+{
+    const char *folder = "";
+    printf("Messages have the form `kandil: FILE: what is wrong (where); what to do`; an ellipsis stands for what is\n"
+           "filled in. They are listed by the part of the program that says them.\n");
+    for (const app_message_row *row = app_messages; row->text; row++) {
+        if (strcmp(row->folder, folder) != 0)
+            printf("\n%s\n", row->folder);
+        folder = row->folder;
+        printf("  %s\n", row->text);
+    }
+}
+
 /* ---- completion ---- */
 
 static void put_options(app_command command)
