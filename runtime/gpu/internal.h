@@ -70,7 +70,8 @@ typedef struct gpu_recipe {
 } gpu_recipe;
 
 typedef struct gpu_program {
-    GLuint gl;
+    GLuint gl;        /* of several programs, when they are made of the same texts */
+    uint64_t made_of; /* the hash of the texts that it was made of */
     bool compute;
     uint32_t storage; /* mask of the storage bindings that it uses */
     gpu_recipe recipe;
@@ -195,16 +196,18 @@ uint32_t gpu_level_size(uint32_t size, uint32_t level);
 size_t gpu_level_bytes(const gpu_texture *texture, uint32_t level);
 
 /** Copy what a program is made of. Returns false when memory is out; nothing is held then. */
-bool gpu_recipe_init(gpu_recipe *recipe, const kd_gpu_program_desc *desc, uint64_t hash);
+bool gpu_recipe_init(gpu_recipe *recipe, const kd_gpu_program_desc *desc);
 void gpu_recipe_fini(gpu_recipe *recipe);
-/** Compile and link what a description names. Returns 0 after logging why. *hash  of the source, NULL allowed
- */
-GLuint gpu_build_program(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name, uint64_t *hash);
+/** Hash (FNV-1a) what the sources are now. Returns false when one cannot be read: it is being written. */
+bool gpu_recipe_hash(const kd_gpu *gpu, const gpu_recipe *recipe, uint64_t *hash);
+/** Compile and link what a description names. Returns 0 after logging why. */
+GLuint gpu_build_program(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name);
+/** Find the driver's object of another program that is made of the same texts. Returns 0 when there is none. */
+GLuint gpu_find_program(kd_gpu *gpu, const gpu_recipe *recipe);
+/** Delete the driver's object of a program unless others have the same. */
+void gpu_release_program(kd_gpu *gpu, gpu_program *program);
 /** Mask of the storage bindings that a program uses. */
 uint32_t gpu_program_storage(kd_gpu *gpu, GLuint program);
-/** Go on with a hash (FNV-1a) over more text; begin with GPU_HASH. */
-#define GPU_HASH 0xcbf29ce484222325u
-uint64_t gpu_hash_text(uint64_t hash, const char *text);
 
 /** Use a program unless it is in use. Returns false when it cannot be, with a complaint: here, or before when
  * the bind of a buffer that it uses was refused. */

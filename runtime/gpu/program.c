@@ -1,5 +1,6 @@
-/* Programs: every stage's source is put together, compiled and linked at once; what the compiler says is
- * logged a line at a time under the path and line of the file that a person edits. */
+/* Programs: equal ones share an object of the driver's, so that a scene that is loaded anew compiles nothing.
+ * Else every stage's source is put together, compiled and linked at once; what the compiler says is logged a
+ * line at a time under the path and line of the file that a person edits. */
 
 #include <assert.h>
 #include <stdio.h>
@@ -49,15 +50,8 @@ static char *get_log(kd_gpu *gpu, GLuint object, bool is_program)
     return log;
 }
 
-uint64_t gpu_hash_text(uint64_t hash, const char *text)
-{
-    for (; *text; text++)
-        hash = (hash ^ (unsigned char)*text) * 0x100000001b3u;
-    return hash;
-}
-
 /* Returns 0 after logging why. */
-static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *const *defines, uint64_t *hash)
+static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *const *defines)
 {
     const gl_table *gl = &gpu->gl;
     gpu_source source = {.more = gpu->shaders};
@@ -67,7 +61,6 @@ static GLuint compile(kd_gpu *gpu, GLenum stage, const char *path, const char *c
         return 0;
     }
     const GLchar *text = source.text;
-    *hash = gpu_hash_text(*hash, source.text);
     GLint good = GL_FALSE;
     GLuint shader = gl->CreateShader(stage);
     gl->ShaderSource(shader, 1, &text, NULL);
@@ -102,7 +95,7 @@ static bool link_program(kd_gpu *gpu, GLuint program, const char *name)
     return false;
 }
 
-GLuint gpu_build_program(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name, uint64_t *hash)
+GLuint gpu_build_program(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name)
 {
     const struct {
         GLenum stage;
@@ -113,12 +106,11 @@ GLuint gpu_build_program(kd_gpu *gpu, const kd_gpu_program_desc *desc, const cha
       compute[MAX_STAGES] = {{GL_COMPUTE_SHADER, desc->compute}},
       *stages = desc->compute ? compute : graphics;
     GLuint program = gpu->gl.CreateProgram(), shaders[MAX_STAGES] = {0};
-    uint64_t text_hash = GPU_HASH;
     bool good = true;
     for (int i = 0; i < MAX_STAGES; i++) {
         if (!stages[i].path)
             continue;
-        shaders[i] = compile(gpu, stages[i].stage, stages[i].path, desc->defines, &text_hash);
+        shaders[i] = compile(gpu, stages[i].stage, stages[i].path, desc->defines);
         good = good && shaders[i];
         if (shaders[i])
             gpu->gl.AttachShader(program, shaders[i]);
@@ -132,8 +124,6 @@ GLuint gpu_build_program(kd_gpu *gpu, const kd_gpu_program_desc *desc, const cha
     }
     if (!good)
         gpu->gl.DeleteProgram(program);
-    if (hash)
-        *hash = text_hash;
     return good ? program : 0;
 }
 
@@ -153,33 +143,77 @@ uint32_t gpu_program_storage(kd_gpu *gpu, GLuint program)
     return mask;
 }
 
+/* ---- one object for programs of the same text ---- */
+
+static bool same_text(const char *a, const char *b)
+{
+    return a == b || (a && b && strcmp(a, b) == 0);
+}
+
+GLuint gpu_find_program(kd_gpu *gpu, const gpu_recipe *recipe)
+{
+    for (uint32_t id = 0; (id = gpu_pool_next(&gpu->programs, id)) != 0;) {
+        const gpu_program *program = gpu_pool_find(&gpu->programs, id);
+        const gpu_recipe *other = &program->recipe;
+        if (other != recipe && other->hash == recipe->hash && program->made_of == recipe->hash &&
+            same_text(other->compute, recipe->compute) && same_text(other->vertex, recipe->vertex) &&
+            same_text(other->geometry, recipe->geometry) && same_text(other->fragment, recipe->fragment))
+            return program->gl;
+    }
+    return 0;
+}
+
+void gpu_release_program(kd_gpu *gpu, gpu_program *program)
+{
+    for (uint32_t id = 0; (id = gpu_pool_next(&gpu->programs, id)) != 0;) {
+        const gpu_program *other = gpu_pool_find(&gpu->programs, id);
+        if (other != program && other->gl == program->gl)
+            return;
+    }
+    gpu->gl.DeleteProgram(program->gl);
+}
+
+/* ---- handles ---- */
+
+static kd_gpu_program add(kd_gpu *gpu, const gpu_program *made)
+{
+    gpu_program *program;
+    uint32_t id = gpu_pool_add(&gpu->programs, (void **)&program);
+    if (id)
+        *program = *made;
+    return (kd_gpu_program){id};
+}
+
 kd_gpu_program kd_gpu_make_program(kd_gpu *gpu, const kd_gpu_program_desc *desc)
 {
     assert(gpu && desc && (desc->compute || desc->vertex));
     const char *path = desc->compute ? desc->compute : desc->fragment ? desc->fragment : desc->vertex;
     const char *name = desc->name ? desc->name : path;
-    uint64_t hash;
-    gpu_recipe recipe;
-    gpu_program *program;
-    GLuint gl = gpu_build_program(gpu, desc, name, &hash);
-    if (!gl)
-        return (kd_gpu_program){0};
-    bool known = gpu_recipe_init(&recipe, desc, hash);
-    uint32_t id = known ? gpu_pool_add(&gpu->programs, (void **)&program) : 0;
-    if (!id) {
-        if (known)
-            gpu_recipe_fini(&recipe);
-        gpu->gl.DeleteProgram(gl);
-        gpu_fail(gpu, "program %s: no memory for its handle", name);
-        return (kd_gpu_program){0};
+    gpu_program made = {.compute = desc->compute != NULL};
+    kd_gpu_program handle = {0};
+    gpu_copy_name(made.name, name, "program");
+    bool known = gpu_recipe_init(&made.recipe, desc);
+    if (known && gpu_recipe_hash(gpu, &made.recipe, &made.recipe.hash))
+        made.gl = gpu_find_program(gpu, &made.recipe);
+    bool shared = made.gl != 0;
+    if (known && !shared)
+        made.gl = gpu_build_program(gpu, desc, name);
+    if (made.gl) {
+        made.made_of = made.recipe.hash;
+        made.storage = gpu_program_storage(gpu, made.gl);
+        handle = add(gpu, &made);
     }
-    program->gl = gl;
-    program->compute = desc->compute != NULL;
-    program->storage = gpu_program_storage(gpu, gl);
-    program->recipe = recipe;
-    gpu_copy_name(program->name, name, "program");
-    gpu_label(gpu, GL_PROGRAM, gl, program->name);
-    return (kd_gpu_program){id};
+    if (handle.id) {
+        if (!shared)
+            gpu_label(gpu, GL_PROGRAM, made.gl, made.name);
+        return handle;
+    }
+    if (made.gl && !shared)
+        gpu->gl.DeleteProgram(made.gl);
+    gpu_recipe_fini(&made.recipe);
+    if (!known || made.gl)
+        gpu_fail(gpu, "program %s: no memory for its handle", name);
+    return handle;
 }
 
 void kd_gpu_destroy_program(kd_gpu *gpu, kd_gpu_program handle)
@@ -191,7 +225,7 @@ void kd_gpu_destroy_program(kd_gpu *gpu, kd_gpu_program handle)
         gpu->gl.UseProgram(0);
         gpu->program = 0;
     }
-    gpu->gl.DeleteProgram(program->gl);
+    gpu_release_program(gpu, program);
     gpu_recipe_fini(&program->recipe);
     gpu_pool_remove(&gpu->programs, handle.id);
 }

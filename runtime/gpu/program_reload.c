@@ -25,9 +25,9 @@ static bool copy_defines(gpu_recipe *recipe, const char *const *defines)
     return good;
 }
 
-bool gpu_recipe_init(gpu_recipe *recipe, const kd_gpu_program_desc *desc, uint64_t hash)
+bool gpu_recipe_init(gpu_recipe *recipe, const kd_gpu_program_desc *desc)
 {
-    *recipe = (gpu_recipe){.hash = hash};
+    *recipe = (gpu_recipe){0};
     if (copy_text(&recipe->compute, desc->compute) && copy_text(&recipe->vertex, desc->vertex) &&
         copy_text(&recipe->geometry, desc->geometry) && copy_text(&recipe->fragment, desc->fragment) &&
         copy_defines(recipe, desc->defines))
@@ -59,35 +59,45 @@ static kd_gpu_program_desc desc_of(const gpu_recipe *recipe)
                                  .defines = (const char *const *)recipe->defines};
 }
 
-/* Hash what the sources are now. Returns false when one cannot be read: it is being written. */
-static bool hash_now(const gpu_recipe *recipe, uint64_t *hash)
+static uint64_t hash_text(uint64_t hash, const char *text)
+{
+    for (; *text; text++)
+        hash = (hash ^ (unsigned char)*text) * 0x100000001b3u;
+    return hash;
+}
+
+bool gpu_recipe_hash(const kd_gpu *gpu, const gpu_recipe *recipe, uint64_t *hash)
 {
     const char *paths[] = {recipe->compute, recipe->vertex, recipe->geometry, recipe->fragment};
     bool good = true;
-    *hash = GPU_HASH;
+    *hash = 0xcbf29ce484222325u;
     for (size_t i = 0; i < sizeof paths / sizeof *paths && good; i++) {
-        gpu_source source = {0};
+        gpu_source source = {.more = gpu->shaders};
         if (!paths[i])
             continue;
         good = gpu_source_expand(&source, paths[i], (const char *const *)recipe->defines);
-        *hash = good ? gpu_hash_text(*hash, source.text) : *hash;
+        *hash = good ? hash_text(*hash, source.text) : *hash;
         gpu_source_fini(&source);
     }
     return good;
 }
 
+/* The recipe has the hash of what is to be made. */
 static kd_status reload(kd_gpu *gpu, gpu_program *program)
 {
     bool failed = gpu->failed;
     kd_gpu_program_desc desc = desc_of(&program->recipe);
-    GLuint made = gpu_build_program(gpu, &desc, program->name, NULL);
+    GLuint made = gpu_find_program(gpu, &program->recipe);
+    if (!made)
+        made = gpu_build_program(gpu, &desc, program->name);
     gpu->failed = failed;
     if (!made)
         return KD_GPU;
     gpu->gl.UseProgram(0);
     gpu->program = 0;
-    gpu->gl.DeleteProgram(program->gl);
+    gpu_release_program(gpu, program);
     program->gl = made;
+    program->made_of = program->recipe.hash;
     program->storage = gpu_program_storage(gpu, made);
     gpu_label(gpu, GL_PROGRAM, made, program->name);
     return KD_OK;
@@ -102,7 +112,7 @@ kd_status kd_gpu_reload_programs(kd_gpu *gpu, void (*changed)(void *user, const 
         gpu_program *program = gpu_pool_find(&gpu->programs, id);
         gpu_recipe *recipe = &program->recipe;
         uint64_t hash;
-        if (!hash_now(recipe, &hash) || hash == recipe->hash)
+        if (!gpu_recipe_hash(gpu, recipe, &hash) || hash == recipe->hash)
             continue;
         recipe->hash = hash; /* what does not compile is not tried again until it changes */
         if (reload(gpu, program) != KD_OK) {

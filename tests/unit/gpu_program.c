@@ -124,6 +124,48 @@ static void program_used_after_its_end_is_noticed(void **state)
     assert_true(fixture_logged("destroyed before"));
 }
 
+/* What a program writes into the first value. */
+static uint32_t run(kd_gpu *gpu, kd_gpu_program program, kd_gpu_buffer buffer)
+{
+    uint32_t value = 0;
+    kd_gpu_bind_storage(gpu, 0, buffer);
+    kd_gpu_dispatch(gpu, program, 1, 1, 1);
+    kd_gpu_read_buffer(gpu, buffer, 0, &value, sizeof value);
+    return value;
+}
+
+/* Equal programs are one to the driver. Each may end, or be made anew, and the others serve on. */
+static void equal_programs_are_independent(void **state)
+{
+    kd_gpu *gpu = *state;
+    const char *const defines[] = {"MORE 1u", NULL};
+    uint32_t count = 0;
+    kd_gpu_buffer buffer = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 16});
+    write_comp("a.comp", "#ifndef MORE\n#define MORE 0u\n#endif\n",
+               "void main() { values[0] = 5u + MORE; }\n");
+    const kd_gpu_program_desc other = {.compute = "shaders/t/a.comp", .defines = defines};
+    kd_gpu_program a = make_compute(gpu, "shaders/t/a.comp"), b = make_compute(gpu, "shaders/t/a.comp");
+    kd_gpu_program c = kd_gpu_make_program(gpu, &other), d = make_compute(gpu, "shaders/t/a.comp");
+    assert_true(a.id != b.id && b.id != c.id && c.id != d.id && a.id != d.id);
+    kd_gpu_destroy_program(gpu, a);
+    assert_int_equal(run(gpu, b, buffer), 5);
+    assert_int_equal(run(gpu, c, buffer), 6);
+    write_comp("a.comp", "#ifndef MORE\n#define MORE 0u\n#endif\n",
+               "void main() { values[0] = 50u + MORE; }\n");
+    assert_int_equal(kd_gpu_reload_programs(gpu, NULL, NULL, &count), KD_OK);
+    assert_int_equal(count, 3);
+    assert_int_equal(run(gpu, b, buffer), 50);
+    assert_int_equal(run(gpu, c, buffer), 51);
+    kd_gpu_destroy_program(gpu, b);
+    assert_int_equal(run(gpu, d, buffer), 50);
+    fixture_assert_clean(gpu);
+    /* One that does not compile stays what it was, and is no model for others. */
+    write_comp("a.comp", "", "void main() { this is wrong; }\n");
+    assert_int_not_equal(kd_gpu_reload_programs(gpu, NULL, NULL, &count), KD_OK);
+    assert_int_equal(run(gpu, d, buffer), 50);
+    assert_int_equal(make_compute(gpu, "shaders/t/a.comp").id, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -136,6 +178,7 @@ int main(void)
         FIXTURE_TEST(program_that_is_missing_is_named),
         FIXTURE_TEST(failed_program_dispatches_nothing),
         FIXTURE_TEST(program_used_after_its_end_is_noticed),
+        FIXTURE_TEST(equal_programs_are_independent),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
