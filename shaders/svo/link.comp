@@ -7,12 +7,12 @@ layout(local_size_x = 128) in;
 #include "shaders/include/morton.glsl"
 #include "shaders/include/rank.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: parents that there is room for, y: words of their mask
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: parents that there is room for, y: words of their mask, z: first segment of this round
 layout(binding = 0) uniform usamplerBuffer voxels; // rgba32ui
 layout(std430, binding = 0) readonly buffer segments_block { kd_voxel_segment segments[]; };
 layout(std430, binding = 1) readonly buffer parents_block { uint parents[]; }; // mask, then ranks
 layout(std430, binding = 2) buffer heads_block { uvec2 heads[]; };             // first entry, code
-layout(std430, binding = 3) writeonly buffer next_block { uint next[]; };
+layout(std430, binding = 3) writeonly buffer next_block { uint next[]; };           // from this round's first entry on
 
 void link(uint entry, uint code)
 {
@@ -20,14 +20,14 @@ void link(uint entry, uint code)
     if ((word >> (code & 31u) & 1u) == 0u || rank >= pass.x)
         return;
     uint before = atomicExchange(heads[rank].x, entry);
-    next[entry] = before;
+    next[entry - pass.z * (KD_SEGMENT_VOXELS * 8u)] = before;
     if (before == KD_EMPTY)
         heads[rank].y = code;
 }
 
 void main()
 {
-    uint slot = gl_WorkGroupID.y, i = gl_GlobalInvocationID.x, voxel = slot * KD_SEGMENT_VOXELS + i;
+    uint slot = pass.z + gl_WorkGroupID.y, i = gl_GlobalInvocationID.x, voxel = slot * KD_SEGMENT_VOXELS + i;
     if (i >= segments[slot].count)
         return;
     uvec2 place = texelFetch(voxels, int(voxel)).xy;

@@ -13,7 +13,8 @@
 #include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
 
-enum { GROUP = 128 };
+enum { GROUP = 128, MOST_SLOTS = 32768 /* of a dispatch */ };
+#define SLOT_CHAIN_BYTES ((size_t)KD_SEGMENT_VOXELS * SVO_CHAIN_BYTES)
 
 void svo_empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells)
 {
@@ -66,11 +67,9 @@ static void settle_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_
 /* Segments whose voxels there is room to chain. */
 static uint32_t reserve_slots(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32_t slots)
 {
-    const uint64_t slot_bytes = KD_SEGMENT_VOXELS * SVO_CHAIN_BYTES;
-    uint64_t most = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / slot_bytes;
-    uint32_t want = slots < most ? slots : (uint32_t)most;
+    uint32_t want = slots;
     if (svo_reserve_chains(gpu, svo, (uint64_t)want * KD_SEGMENT_VOXELS) != KD_OK)
-        want = (uint32_t)(kd_gpu_buffer_size(gpu, svo->next) / slot_bytes);
+        want = (uint32_t)(kd_gpu_buffer_size(gpu, svo->next) / SLOT_CHAIN_BYTES);
     if (want < slots)
         svo_say_once(
             state, SVO_SAID_CHAINS,
@@ -79,18 +78,24 @@ static uint32_t reserve_slots(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32
     return want;
 }
 
+/* Chains may be longer than a storage block of the driver: they are written in rounds, and read as texels. */
 static void link_voxels(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
                         uint32_t slots)
 {
-    uint32_t pass[4] = {svo->dynamic_room, kd_svo_parent_words(svo), 0, 0};
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
-    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    uint32_t most = (uint32_t)((uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / SLOT_CHAIN_BYTES);
+    uint32_t round = most < MOST_SLOTS ? most : MOST_SLOTS;
     kd_texel_view_bind(gpu, &state->page_view, 0, pages->voxels, KD_RGBA32UI);
     kd_gpu_bind_storage(gpu, 0, pages->segments);
     kd_svo_bind_parents(gpu, svo, 1);
     kd_gpu_bind_storage(gpu, 2, svo->heads);
-    kd_gpu_bind_storage(gpu, 3, svo->next);
-    kd_gpu_dispatch(gpu, state->programs[SVO_LINK], KD_SEGMENT_VOXELS / GROUP, slots, 1);
+    for (uint32_t first = 0; first < slots; first += round) {
+        uint32_t count = slots - first < round ? slots - first : round;
+        uint32_t pass[4] = {svo->dynamic_room, kd_svo_parent_words(svo), first, 0};
+        kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+        kd_gpu_bind_storage_range(gpu, 3, svo->next, first * SLOT_CHAIN_BYTES, count * SLOT_CHAIN_BYTES);
+        kd_gpu_dispatch(gpu, state->programs[SVO_LINK], KD_SEGMENT_VOXELS / GROUP, count, 1);
+    }
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
 }
 
