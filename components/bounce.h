@@ -1,6 +1,7 @@
 #ifndef KD_COMPONENTS_BOUNCE_H
 #define KD_COMPONENTS_BOUNCE_H
 
+#include "runtime/core/math.h"
 #include "runtime/ecs/world.h"
 #include "runtime/gpu/gpu.h"
 

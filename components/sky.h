@@ -40,6 +40,7 @@ typedef struct kd_sky_light {
     kd_gpu_buffer uniform; /* kd_sky_params, block KD_BIND_SKY */
     kd_gpu_texture map;    /* KD_UNIT_SKY_MAP */
     kd_gpu_texture cones;  /* KD_UNIT_SKY_CONES */
+    uint32_t version;      /* another when it looks otherwise */
 } kd_sky_light;
 KD_COMPONENT_DECLARE(kd_sky_light);
 

@@ -92,6 +92,8 @@ typedef enum kd_setting_type {
     X(I32, cones, resolution, 2, 1, 4, NULL, "pixels", "trace every n-th pixel of both axes")                \
     X(F32, cones, refine, 0.2f, 0, 1, NULL, NULL,                                                            \
       "trace at twice the spacing where neighbours differ by less; 0: nowhere")                              \
+    X(I32, cones, reuse, 2, 0, 4, NULL, "frames",                                                            \
+      "trace each pixel every so many frames where light holds; 0: in all")                                  \
     X(F32, cones, start, 1.5f, 0, 16, NULL, "voxels", "distance from the surface at which a cone starts")    \
     X(F32, cones, intensity, 1, 0, 100, NULL, NULL, "factor on indirect light; 1 is physical")               \
     X(BOOL, cones, counters, false, 0, 1, NULL, NULL, "count the samples of every cone, for --stats")        \

@@ -3,15 +3,44 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shaders/cone_trace/traced.glsl"
+#include "shaders/cone_trace/reuse.glsl"
 #include "shaders/include/work_list_fill.glsl"
 #include "shaders/cone_trace/listed_pixel.glsl"
 #include "shaders/include/color.glsl"
 
+// What is to be smoothed: what is traced, and what the frame before traced; a list like that of work.
+layout(std430, binding = 1) buffer smooth_block {
+    uint smooth_args[3];
+    uint smooth_count;
+    uint smooth_items[];
+};
 layout(binding = 2, rgba16f) writeonly uniform image2D diffuse_smooth_out;
 layout(binding = 3, rgba16f) writeonly uniform image2D specular_smooth_out;
 
 // Least share of the interpolation's weight that must lie on the pixel's own surface.
 const float LEAST_SHARE = 0.6;
+
+void add_to_smooth(uint item)
+{
+    uint i = atomicAdd(smooth_count, 1u);
+    if (i >= uint(smooth_items.length()))
+        return;
+    if (i % 64u == 0u)
+        atomicAdd(smooth_args[0], 1u);
+    smooth_items[i] = item;
+}
+
+void trace_or_reuse(ivec2 at, int n, bool glossy, vec3 p_ws, vec3 normal_ws)
+{
+    add_to_smooth(pixel_item(at));
+    reused_light light = reuse_find(at, n, 1, p_ws, normal_ws);
+    if (glossy || !light.found) {
+        work_add(pixel_item(at));
+        return;
+    }
+    imageStore(diffuse_out, at, light.diffuse);
+    imageStore(specular_out, at, light.specular);
+}
 
 void main()
 {
@@ -45,13 +74,13 @@ void main()
             brightest = max(brightest, mix(0.0, light, float(belongs > 0.1)));
         }
         if (glossy || weight < LEAST_SHARE * all_weight || brightest - darkest > gather.refine.x * brightest) {
-            work_add(pixel_item(at));
+            trace_or_reuse(at, n, glossy, gbuffer_position(pixel, depth), p.normal_ws);
             return;
         }
         diffuse = sum / weight;
     }
     imageStore(diffuse_out, at, diffuse);
-    imageStore(specular_out, at, vec4(diffuse.rgb, 0.0));
+    imageStore(specular_out, at, vec4(diffuse.rgb, KD_TRACED_NOT));
     imageStore(diffuse_smooth_out, at, diffuse);
     imageStore(specular_smooth_out, at, vec4(diffuse.rgb, 0.0));
 }

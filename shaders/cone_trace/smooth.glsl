@@ -27,5 +27,5 @@ void smooth_pixel(ivec2 at)
         diffuse += w * texelFetch(diffuse_in, other, 0);
         sum += w;
     }
-    store(at, diffuse, specular.a > 0.5 ? specular * sum : diffuse, sum);
+    store(at, diffuse, specular.a >= KD_TRACED_GLOSSY ? specular * sum : diffuse, sum);
 }

@@ -110,6 +110,6 @@ void trace_pixel(ivec2 at, int n)
     bool rough = gather.flags.x == 0u || s.roughness >= KD_GATHER_ROUGH; // smooth.comp takes the smoothed diffuse light then
     if (!rough)
         specular = trace_specular(s.position_ws, origin, s, view, span);
-    imageStore(specular_out, at, vec4(specular, rough ? 0.0 : 1.0));
+    imageStore(specular_out, at, vec4(specular, rough ? KD_TRACED_ROUGH : KD_TRACED_GLOSSY));
     count_pixel(at * n);
 }

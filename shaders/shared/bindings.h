@@ -44,5 +44,8 @@
 #define KD_UNIT_SKY_CONES 17     /* sampler3D: shaders/shared/sky.h */
 #define KD_UNIT_PICTURE 18       /* sampler2D: radiance of the picture, row 0 on top */
 #define KD_UNIT_MOTION 19        /* sampler2D: kd_gbuffer.motion */
+#define KD_UNIT_BEFORE_DIFFUSE 20 /* while gathering: what was traced in the frame before */
+#define KD_UNIT_BEFORE_SPECULAR 21
+#define KD_UNIT_BEFORE_GUIDE 22
 
 #endif

@@ -17,8 +17,18 @@ struct kd_gather_params {
     /* ---- 96 */
     vec4 cones[KD_MAX_CONES]; /* xyz: direction round +Z, w: weight; weights add up to 1 */
     /* ---- 352 */
+    uvec4 reuse;       /* x: frames between which a pixel is traced, 0: light of the frame before is of no use, y: frame */
+    mat4 before;       /* view and projection of the frame before */
+    vec4 before_eye;   /* viewing depth then: dot(xyz, place) + w */
+    /* ---- 448 */
 };
-KD_LAYOUT_CHECK(kd_gather_params, 352)
+KD_LAYOUT_CHECK(kd_gather_params, 448)
+
+/* What alpha of a traced pixel's reflection says: how it was made, plus KD_TRACED_AGE for every frame since. */
+#define KD_TRACED_NOT 0.0    /* interpolated */
+#define KD_TRACED_ROUGH 1.0  /* its reflection is the diffuse light, once that is smoothed */
+#define KD_TRACED_GLOSSY 2.0
+#define KD_TRACED_AGE 0.125
 
 /* Counters of samples, where they are wanted; after them the samples of each pixel of the picture, a word each.
  *   0 traced pixels, 1 most samples of a pixel, 2-3 unused, then KD_CONE_WORDS words a cone, the glossy one and those to emitters last:

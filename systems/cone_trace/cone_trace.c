@@ -4,12 +4,15 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "components/camera.h"
 #include "components/emitters.h"
 #include "components/frame.h"
+#include "components/light_jump.h"
 #include "components/render_targets.h"
 #include "components/sky.h"
+#include "components/svo.h"
 #include "components/tree_access.h"
 #include "runtime/core/log.h"
 #include "runtime/gpu/work_list.h"
@@ -17,64 +20,39 @@
 #include "shaders/shared/gather.h"
 #include "shaders/shared/scene.h"
 #include "systems/cone_trace/cones.h"
-
-/* Light of every n-th pixel of both axes: as traced, and smoothed. */
-typedef struct gather_grid {
-    kd_gpu_texture diffuse[2], specular[2];
-    uint32_t width, height;
-} gather_grid;
+#include "systems/cone_trace/grid.h"
 
 typedef struct gather_state {
     kd_tree_program gather[2], gather_list[2]; /* [1]: counting samples */
     bool counts;                               /* this frame is counted */
-    kd_gpu_program guide, refine, smooth, smooth_list, upsample;
+    kd_gpu_buffer samples;                     /* kd_gi_targets.samples */
+    kd_gpu_program guide, pick, refine, smooth, smooth_list, upsample;
     gather_grid grid, coarse;    /* coarse: at twice the spacing */
     kd_gpu_texture normal_depth; /* of the grid's pixels, shaders/cone_trace/guide.comp */
-    kd_gpu_buffer list;          /* of pixels of the grid, shaders/cone_trace/listed_pixel.glsl */
+    kd_gpu_texture normal_depth_before;
+    kd_gpu_buffer list,
+        smooth_items; /* pixels to trace, and to smooth: shaders/cone_trace/listed_pixel.glsl */
+    uint64_t traced;  /* frame that left what is of use in the next, plus one; 0: none */
+    kd_view seen;     /* in that frame */
+    struct kd_gather_params params;
+    uint32_t sky; /* its version */
 } gather_state;
-
-static void remake(kd_gpu *gpu, kd_gpu_texture *texture, kd_texture_format format, uint32_t width,
-                   uint32_t height, const char *name)
-{
-    kd_gpu_destroy_texture(gpu, *texture);
-    *texture = kd_gpu_make_texture(
-        gpu, &(kd_gpu_texture_desc){
-                 .format = format, .width = width, .height = height, .filter = KD_NEAREST, .name = name});
-}
-
-static void fit_grid(kd_gpu *gpu, gather_grid *grid, uint32_t width, uint32_t height)
-{
-    if (grid->width == width && grid->height == height)
-        return;
-    for (int i = 0; i < 2; i++) {
-        remake(gpu, &grid->diffuse[i], KD_RGBA16F, width, height, "gi.diffuse.traced");
-        remake(gpu, &grid->specular[i], KD_RGBA16F, width, height, "gi.specular.traced");
-    }
-    grid->width = width;
-    grid->height = height;
-}
 
 static void fit_own_targets(kd_gpu *gpu, gather_state *state, uint32_t width, uint32_t height)
 {
-    if (state->grid.width != width || state->grid.height != height)
-        remake(gpu, &state->normal_depth, KD_RGBA32F, width, height, "gi.guide");
-    fit_grid(gpu, &state->grid, width, height);
-}
-
-static void drop_grid(kd_gpu *gpu, gather_grid *grid)
-{
-    for (int i = 0; i < 2; i++) {
-        kd_gpu_destroy_texture(gpu, grid->diffuse[i]);
-        kd_gpu_destroy_texture(gpu, grid->specular[i]);
-    }
+    if (!grid_fit(gpu, &state->grid, width, height))
+        return;
+    grid_remake(gpu, &state->normal_depth, KD_RGBA32F, width, height, "gi.guide");
+    grid_remake(gpu, &state->normal_depth_before, KD_RGBA32F, width, height, "gi.guide");
+    state->traced = 0;
 }
 
 static void fit_targets(kd_gpu *gpu, kd_gi_targets *gi, uint32_t width, uint32_t height)
 {
     if (gi->width == width && gi->height == height)
         return;
-    remake(gpu, &gi->diffuse, KD_RGBA16F, width, height, "gi.diffuse");
-    remake(gpu, &gi->specular, KD_RGBA16F, width, height, "gi.specular");
+    grid_remake(gpu, &gi->diffuse, KD_RGBA16F, width, height, "gi.diffuse");
+    grid_remake(gpu, &gi->specular, KD_RGBA16F, width, height, "gi.specular");
     gi->width = width;
     gi->height = height;
 }
@@ -139,20 +117,69 @@ static void make_guide(kd_gpu *gpu, const gather_state *state, struct kd_gather_
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
 }
 
-/* Trace and smooth all pixels of a grid of spacing n, which is `scale` times that of the guide. */
-static void trace_grid(kd_gpu *gpu, const gather_state *state, const gather_grid *grid,
-                       struct kd_gather_params *params, uint32_t n, uint32_t scale)
+static void bind_pass(kd_gpu *gpu, struct kd_gather_params *params, uint32_t n, uint32_t scale)
 {
     params->size.z = n;
     params->flags.y = scale;
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, params, sizeof *params);
-    bind_outputs(gpu, 0, grid->diffuse[0], grid->specular[0]);
-    dispatch_pixels(gpu, state->gather[state->counts].program, grid->width, grid->height);
-    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
-    bind_inputs(gpu, grid->diffuse[0], grid->specular[0]);
-    bind_outputs(gpu, 0, grid->diffuse[1], grid->specular[1]);
+}
+
+static void smooth_grid(kd_gpu *gpu, const gather_state *state, const gather_grid *grid)
+{
+    bind_inputs(gpu, grid->diffuse[GRID_TRACED], grid->specular[GRID_TRACED]);
+    bind_outputs(gpu, 0, grid->diffuse[GRID_SMOOTH], grid->specular[GRID_SMOOTH]);
     dispatch_pixels(gpu, state->smooth, grid->width, grid->height);
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
+}
+
+/* Trace and smooth all pixels of the grid, whose spacing is n. */
+static void trace_all(kd_gpu *gpu, const gather_state *state, struct kd_gather_params *params, uint32_t n)
+{
+    const gather_grid *grid = &state->grid;
+    bind_pass(gpu, params, n, 1);
+    if (state->counts)
+        kd_gpu_bind_storage(gpu, 1, state->samples);
+    bind_outputs(gpu, 0, grid->diffuse[GRID_TRACED], grid->specular[GRID_TRACED]);
+    dispatch_pixels(gpu, state->gather[state->counts].program, grid->width, grid->height);
+    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
+    smooth_grid(gpu, state, grid);
+}
+
+static void begin_list(kd_gpu *gpu, kd_gpu_buffer list, uint32_t binding)
+{
+    kd_gpu_clear_work_list(gpu, list);
+    kd_gpu_bind_storage(gpu, binding, list);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+static void bind_before(kd_gpu *gpu, const gather_state *state, const gather_grid *grid)
+{
+    kd_gpu_bind_texture(gpu, KD_UNIT_BEFORE_DIFFUSE, grid->diffuse[GRID_BEFORE]);
+    kd_gpu_bind_texture(gpu, KD_UNIT_BEFORE_SPECULAR, grid->specular[GRID_BEFORE]);
+    kd_gpu_bind_texture(gpu, KD_UNIT_BEFORE_GUIDE, state->normal_depth_before);
+}
+
+static void trace_listed(kd_gpu *gpu, const gather_state *state, const gather_grid *grid)
+{
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT | KD_BARRIER_TEXTURE);
+    if (state->counts)
+        kd_gpu_bind_storage(gpu, 1, state->samples);
+    bind_outputs(gpu, 0, grid->diffuse[GRID_TRACED], grid->specular[GRID_TRACED]);
+    kd_gpu_dispatch_indirect(gpu, state->gather_list[state->counts].program, state->list, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE | KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
+}
+
+/* Trace the coarse grid of spacing 2 n, where the frame before is of no use, and smooth it. */
+static void trace_coarse(kd_gpu *gpu, const gather_state *state, struct kd_gather_params *params, uint32_t n)
+{
+    const gather_grid *coarse = &state->coarse;
+    bind_pass(gpu, params, 2 * n, 2);
+    begin_list(gpu, state->list, 0);
+    bind_before(gpu, state, coarse);
+    bind_outputs(gpu, 0, coarse->diffuse[GRID_TRACED], coarse->specular[GRID_TRACED]);
+    dispatch_pixels(gpu, state->pick, coarse->width, coarse->height);
+    trace_listed(gpu, state, coarse);
+    smooth_grid(gpu, state, coarse);
 }
 
 /* Trace the coarse grid, take from it what is good enough for the grid, and trace and smooth the rest. */
@@ -160,27 +187,23 @@ static void trace_where_needed(kd_gpu *gpu, const gather_state *state, struct kd
                                uint32_t n)
 {
     const gather_grid *grid = &state->grid, *coarse = &state->coarse;
-    kd_gpu_clear_work_list(gpu, state->list);
     uint32_t glossy = params->flags.x;
     params->flags.x = 0; /* glossy pixels will be listed */
-    trace_grid(gpu, state, coarse, params, 2 * n, 2);
-    params->size.z = n;
+    trace_coarse(gpu, state, params, n);
     params->flags.x = glossy;
-    params->flags.y = 1;
-    kd_gpu_bind_uniform(gpu, KD_BIND_PASS, params, sizeof *params);
-    kd_gpu_bind_storage(gpu, 0, state->list);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    bind_inputs(gpu, coarse->diffuse[1], coarse->specular[1]);
-    bind_outputs(gpu, 0, grid->diffuse[0], grid->specular[0]);
-    bind_outputs(gpu, 2, grid->diffuse[1], grid->specular[1]);
+    bind_pass(gpu, params, n, 1);
+    begin_list(gpu, state->list, 0);
+    begin_list(gpu, state->smooth_items, 1);
+    bind_before(gpu, state, grid);
+    bind_inputs(gpu, coarse->diffuse[GRID_SMOOTH], coarse->specular[GRID_SMOOTH]);
+    bind_outputs(gpu, 0, grid->diffuse[GRID_TRACED], grid->specular[GRID_TRACED]);
+    bind_outputs(gpu, 2, grid->diffuse[GRID_SMOOTH], grid->specular[GRID_SMOOTH]);
     dispatch_pixels(gpu, state->refine, grid->width, grid->height);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
-    bind_outputs(gpu, 0, grid->diffuse[0], grid->specular[0]);
-    kd_gpu_dispatch_indirect(gpu, state->gather_list[state->counts].program, state->list, 0);
-    kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
-    bind_inputs(gpu, grid->diffuse[0], grid->specular[0]);
-    bind_outputs(gpu, 0, grid->diffuse[1], grid->specular[1]);
-    kd_gpu_dispatch_indirect(gpu, state->smooth_list, state->list, 0);
+    trace_listed(gpu, state, grid);
+    bind_inputs(gpu, grid->diffuse[GRID_TRACED], grid->specular[GRID_TRACED]);
+    bind_outputs(gpu, 0, grid->diffuse[GRID_SMOOTH], grid->specular[GRID_SMOOTH]);
+    kd_gpu_bind_storage(gpu, 0, state->smooth_items);
+    kd_gpu_dispatch_indirect(gpu, state->smooth_list, state->smooth_items, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
 }
 
@@ -190,8 +213,10 @@ static bool fit_refinement(kd_gpu *gpu, gather_state *state, const kd_settings *
     uint32_t pixels = grid->width * grid->height;
     if (s->cones_refine <= 0 || pixels > KD_WORK_LIST_MOST)
         return false;
-    fit_grid(gpu, &state->coarse, (grid->width + 1) / 2, (grid->height + 1) / 2);
-    return kd_gpu_fit_work_list(gpu, &state->list, pixels, "gi.refine") == KD_OK;
+    if (grid_fit(gpu, &state->coarse, (grid->width + 1) / 2, (grid->height + 1) / 2))
+        state->traced = 0;
+    return kd_gpu_fit_work_list(gpu, &state->list, pixels, "gi.refine") == KD_OK &&
+           kd_gpu_fit_work_list(gpu, &state->smooth_items, pixels, "gi.smooth") == KD_OK;
 }
 
 static bool fit_programs(kd_gpu *gpu, gather_state *state, const kd_tree *tree)
@@ -205,16 +230,48 @@ static bool fit_programs(kd_gpu *gpu, gather_state *state, const kd_tree *tree)
 }
 
 /* Begin to count, when that is asked for. */
-static void begin_counts(kd_gpu *gpu, const gather_state *state, kd_gi_targets *gi)
+static void begin_counts(kd_gpu *gpu, gather_state *state, kd_gi_targets *gi)
 {
     size_t words = KD_CONE_COUNTERS + (size_t)gi->width * gi->height;
     gi->counted =
         state->counts && kd_gpu_ensure_buffer(gpu, &gi->samples, words * 4, 0, "gi.samples") == KD_OK;
+    state->samples = gi->samples;
     if (!gi->counted)
         return;
     kd_gpu_fill_buffer(gpu, gi->samples, 0, words * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    kd_gpu_bind_storage(gpu, 1, gi->samples);
+}
+
+/* What the frame before traced is of use when it was the last one, and saw with the same settings. Where
+ * bounces do not feed themselves nothing is kept: a picture depends on its frame alone. */
+static void begin_reuse(kd_gpu *gpu, kd_world *w, gather_state *state, struct kd_gather_params *params)
+{
+    const kd_frame *frame = kd_singleton(w, kd_frame);
+    const kd_view *view = kd_singleton(w, kd_view);
+    kd_svo *svo = kd_singleton(w, kd_svo);
+    const kd_light_jump *jump = kd_singleton(w, kd_light_jump);
+    uint32_t sky = kd_singleton(w, kd_sky_light)->version, period = (uint32_t)frame->settings.cones_reuse;
+    bool wanted = jump->measured && period > 1;
+    svo->wants_changes = svo->wants_changes || wanted;
+    bool same = state->traced == frame->index && state->sky == sky &&
+                memcmp(&state->params, params, sizeof *params) == 0;
+    state->params = *params;
+    state->sky = sky;
+    grid_begin_frame(&state->grid);
+    grid_begin_frame(&state->coarse);
+    kd_gpu_texture before = state->normal_depth_before;
+    state->normal_depth_before = state->normal_depth;
+    state->normal_depth = before;
+    kd_gpu_bind_storage(gpu, 2, jump->state);
+    kd_gpu_bind_storage(gpu, 3, svo->changes.id ? svo->changes : jump->state);
+    if (wanted && same && svo->changes.id) {
+        const float *m = state->seen.view.m;
+        params->reuse = (kd_gl_uvec4){period == 3 ? 2 : period, (uint32_t)frame->index, 0, 0};
+        memcpy(&params->before, &state->seen.view_projection, sizeof params->before);
+        params->before_eye = (kd_gl_vec4){-m[2], -m[6], -m[10], -m[14]};
+    }
+    state->seen = *view;
+    state->traced = wanted ? frame->index + 1 : 0;
 }
 
 static void run(kd_system_context *context)
@@ -238,12 +295,14 @@ static void run(kd_system_context *context)
     kd_tree_bind(gpu, tree);
     kd_emitters_bind(gpu, kd_singleton(w, kd_emitters));
     kd_sky_bind(gpu, kd_singleton(w, kd_sky_light));
+    bool refines = fit_refinement(gpu, state, &frame->settings, &state->grid);
+    begin_reuse(gpu, w, state, &params);
     make_guide(gpu, state, &params, n);
-    if (fit_refinement(gpu, state, &frame->settings, &state->grid))
+    if (refines)
         trace_where_needed(gpu, state, &params, n);
     else
-        trace_grid(gpu, state, &state->grid, &params, n, 1);
-    bind_inputs(gpu, state->grid.diffuse[1], state->grid.specular[1]);
+        trace_all(gpu, state, &params, n);
+    bind_inputs(gpu, state->grid.diffuse[GRID_SMOOTH], state->grid.specular[GRID_SMOOTH]);
     bind_outputs(gpu, 0, gi->diffuse, gi->specular);
     dispatch_pixels(gpu, state->upsample, state->grid.width, state->grid.height);
 }
@@ -262,6 +321,7 @@ static kd_status init(kd_system_context *context)
         const char *path;
         kd_gpu_program *program;
     } programs[] = {{"shaders/cone_trace/guide.comp", &state->guide},
+                    {"shaders/cone_trace/pick.comp", &state->pick},
                     {"shaders/cone_trace/refine.comp", &state->refine},
                     {"shaders/cone_trace/smooth.comp", &state->smooth},
                     {"shaders/cone_trace/smooth_list.comp", &state->smooth_list},
@@ -285,14 +345,17 @@ static void fini(kd_system_context *context)
         kd_gpu_destroy_program(gpu, state->gather_list[i].program);
     }
     kd_gpu_destroy_program(gpu, state->guide);
+    kd_gpu_destroy_program(gpu, state->pick);
     kd_gpu_destroy_program(gpu, state->refine);
     kd_gpu_destroy_program(gpu, state->smooth);
     kd_gpu_destroy_program(gpu, state->smooth_list);
     kd_gpu_destroy_program(gpu, state->upsample);
-    drop_grid(gpu, &state->grid);
-    drop_grid(gpu, &state->coarse);
+    grid_destroy(gpu, &state->grid);
+    grid_destroy(gpu, &state->coarse);
     kd_gpu_destroy_texture(gpu, state->normal_depth);
+    kd_gpu_destroy_texture(gpu, state->normal_depth_before);
     kd_gpu_destroy_buffer(gpu, state->list);
+    kd_gpu_destroy_buffer(gpu, state->smooth_items);
     kd_gpu_destroy_texture(gpu, gi->diffuse);
     kd_gpu_destroy_texture(gpu, gi->specular);
     kd_gpu_destroy_buffer(gpu, gi->samples);
@@ -311,7 +374,8 @@ kd_status kd_cone_trace_import(kd_schedule *s)
                .phase = KD_PHASE_GATHER,
                .where = KD_ON_GPU,
                .components = {KD_USES(kd_tree), KD_USES(kd_gbuffer), KD_USES(kd_lighting), KD_USES(kd_frame),
-                              KD_USES(kd_emitters), KD_USES(kd_sky_light), KD_CHANGES(kd_gi_targets)},
+                              KD_USES(kd_emitters), KD_USES(kd_sky_light), KD_USES(kd_view),
+                              KD_USES(kd_light_jump), KD_CHANGES(kd_svo), KD_CHANGES(kd_gi_targets)},
                .resources = {{"tree.uniform", KD_USE_UNIFORM},
                              {"tree.radiance", KD_USE_SAMPLED},
                              {"tree.nodes", KD_USE_SAMPLED},
@@ -321,6 +385,8 @@ kd_status kd_cone_trace_import(kd_schedule *s)
                              {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
                              {"gbuffer", KD_USE_SAMPLED},
                              {"lights.uniform", KD_USE_UNIFORM},
+                             {"light.jump", KD_USE_STORAGE_READ},
+                             {"svo.changes", KD_USE_STORAGE_READ},
                              {"gi", KD_USE_IMAGE_WRITE},
                              {"gi.samples", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
                .run_if = gi_is_cones,

@@ -12,6 +12,7 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/scene.h"
 #include "systems/lighting/emitters.h"
+#include "systems/lighting/jump.h"
 #include "systems/lighting/leaves.h"
 
 typedef struct inject_state {
@@ -124,6 +125,8 @@ kd_status kd_lighting_import(kd_schedule *s)
         return KD_NO_MEMORY;
     kd_system_desc desc = inject_desc(state);
     kd_status status = emitters_import(s);
+    if (!status)
+        status = jump_import(s);
     if (!status)
         status = kd_schedule_add(s, &desc);
     if (status)

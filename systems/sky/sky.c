@@ -24,6 +24,7 @@ typedef struct sky_state {
     float gradient[KD_SKY_GRADIENT_WIDTH * KD_SKY_GRADIENT_HEIGHT * 3];
     uint16_t cones[CONE_HALVES];
     uint64_t bytes_moved;
+    struct kd_sky_params params; /* of the frame before */
 } sky_state;
 
 static kd_gpu_texture make_map(kd_gpu *gpu, const kd_sky_map *map)
@@ -67,6 +68,7 @@ static void replace(kd_gpu *gpu, kd_sky_light *light, kd_gpu_texture map, kd_gpu
     kd_gpu_destroy_texture(gpu, light->cones);
     light->map = map;
     light->cones = cones;
+    light->version++;
 }
 
 /* Without a sky both are one black texel. */
@@ -119,6 +121,9 @@ static void sky_run(kd_system_context *context)
     struct kd_sky_params params = {.ambient = {ambient, ambient, ambient, 0}};
     for (int i = 0; i < 3; i++)
         params.to_map[i] = (kd_gl_vec4){rows[i].x, rows[i].y, rows[i].z, i == 0 ? sky.intensity : 0};
+    if (memcmp(&s->params, &params, sizeof params) != 0)
+        light->version++;
+    s->params = params;
     kd_gpu_write_buffer(context->gpu, light->uniform, 0, &params, sizeof params);
 }
 
