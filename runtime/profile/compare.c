@@ -313,7 +313,13 @@ static void write_report(FILE *out, const row *rows, size_t count, const char *o
         fprintf(out, "%s%s", between, rows[i].name);
         between = ", ";
     }
-    fprintf(out, "%s\n", between[0] == ',' ? "" : "no system became slower");
+    size_t judged = 0;
+    for (size_t i = 0; i < count; i++)
+        judged += rows[i].verdict != TOO_FEW && rows[i].verdict != NEW && rows[i].verdict != GONE;
+    if (between[0] == ',' || judged)
+        fprintf(out, "%s\n", between[0] == ',' ? "" : "no system became slower");
+    else
+        fprintf(out, "nothing can be told: both runs need %d frames at least\n", MIN_SAMPLES + 1);
 }
 
 static samples samples_of(const kd_profile *p, uint32_t system)
