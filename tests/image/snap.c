@@ -58,8 +58,7 @@ static void pictures_hardly_change_when_cascades_move(void **state)
     double along = 3 / sqrt(3 * 3 + 0.4 * 0.4 + 2.2 * 2.2), ahead = 0.5 * 0.5 * RESOLUTION * SPAN * along;
     double border = (floor(ahead / snap) + 0.5) * snap - ahead, at = border - 0.5 * MILLIMETRE;
     double still = border + 0.4 * snap;
-    assert_double_above(step_from(at, "lookup").mean,
-                        5 * step_from(still, "lookup").mean); /* they do move there */
+    assert_double_above(step_from(at, "lookup").mean, 0.01); /* they do move there */
     image_error across = step_from(at, "final"), elsewhere = step_from(still, "final");
     printf("across: mean %g, p99 %g; elsewhere: mean %g, p99 %g\n", across.mean, across.p99, elsewhere.mean,
            elsewhere.p99);
