@@ -11,7 +11,8 @@ enum { RESOLUTIONS = sizeof resolutions / sizeof *resolutions, CASCADES = 3 };
 /* Why cascades of a resolution cannot be had here; NULL when they can. */
 static const char *missing(const voxel_bench *b, uint32_t resolution, char *text, size_t size)
 {
-    double mask = (double)CASCADES * resolution * resolution * resolution / 8;
+    double mask =
+        1.25 * CASCADES * resolution * resolution * resolution / 8; /* with leaf parents' and ranks */
     char word[16];
     bool offered = false;
     const char *key = "voxels.resolution";
@@ -21,9 +22,9 @@ static const char *missing(const voxel_bench *b, uint32_t resolution, char *text
         offered = offered || strcmp(*w, word) == 0;
     if (resolution <= KD_DENSE)
         snprintf(text, size, "it has no sparse level: the dense one has %d^3 cells already", KD_DENSE);
-    else if (2 * mask > (double)b->max_ssbo_bytes)
-        snprintf(text, size, "a layer's mask and ranks take %.0f MiB, and a shader may bind %.0f MiB here",
-                 2 * mask / 1048576, (double)b->max_ssbo_bytes / 1048576);
+    else if (mask > (double)b->max_ssbo_bytes)
+        snprintf(text, size, "a layer's masks and ranks take %.0f MiB, and a shader may bind %.0f MiB here",
+                 mask / 1048576, (double)b->max_ssbo_bytes / 1048576);
     else if (!offered)
         snprintf(text, size, "the setting %s does not offer it", key);
     else

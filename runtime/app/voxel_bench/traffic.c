@@ -11,13 +11,13 @@ enum {
     SHAPE = 8, /* a cached voxel's cell and normal */
     COLOR = 4,
     BINDING = KD_BINDING_WORDS * 4,
-    PAGE = 12, /* a page voxel */
-    SUMS = (int)KD_SUM_WORDS * 4,
-    CELL = 16,      /* attributes */
-    LEAF = 8,       /* radiance and depth */
-    NODE = 8,       /* the same of a sparse node */
-    CHILDREN = 32,  /* numbers of a node's children */
-    DENSE_CELL = 48 /* six directions */
+    PAGE = (int)KD_PAGE_WORDS * 4, /* a page voxel */
+    CHAINS = 3 * 4,                /* of a voxel: it lies in three leaf parents, more or less */
+    CELL = 16,                     /* attributes */
+    LEAF = 8,                      /* radiance and depth */
+    NODE = 8,                      /* the same of a sparse node */
+    CHILDREN = 32,                 /* numbers of a node's children */
+    DENSE_CELL = 48                /* six directions */
 };
 
 /* ---- copying ---- */
@@ -79,18 +79,18 @@ static uint64_t io_bytes(const rig_figures *f)
     return f->voxels / KD_SEGMENT_VOXELS * sizeof(struct kd_voxel_segment);
 }
 
-/* Shapes and bindings in, page voxels and the mask out. */
+/* Shapes, colours and bindings in, page voxels and the mask of leaf parents out. */
 static uint64_t transform_bytes(const rig_figures *f)
 {
-    return f->dynamic_voxels * (SHAPE + PAGE) + f->deforming_voxels * BINDING + f->layer_bytes;
+    return f->dynamic_voxels * (SHAPE + COLOR + PAGE) + f->deforming_voxels * BINDING + f->layer_bytes / 8;
 }
 
-/* Page voxels, colours, emission and masks in; sums out and in; cells, masks of all levels (a seventh of the
- * leaves') and children out. */
+/* Page voxels in, for chains and for cells; chains out and in; the static mask in, the dynamic one out;
+ * cells, masks of all levels (a seventh of the leaves') and children out. */
 static uint64_t build_bytes(const rig_figures *f)
 {
-    uint64_t bytes = f->dynamic_voxels * (PAGE + COLOR + SHAPE / 2) + f->cells * (2 * SUMS + CELL) +
-                     2 * f->layer_bytes + f->layer_bytes / 7;
+    uint64_t bytes = f->dynamic_voxels * (2 * PAGE + 2 * CHAINS) + f->cells * CELL + 2 * f->layer_bytes +
+                     f->layer_bytes / 7;
     for (uint32_t l = 0; l < f->levels; l++)
         bytes += f->nodes[l] * CHILDREN;
     return bytes;
