@@ -52,14 +52,14 @@ typedef struct kd_svo {
     kd_gpu_buffer moving;  /* "svo.masks": those of the dynamic one; its leaf parents, mask and ranks */
     bool glows;            /* there is room for static cells' emission: something glows */
     bool has_moving;       /* there is room for them: something moves, or did lately */
-    kd_gpu_buffer heads, next;      /* "svo.chains": of the voxels that cover a leaf parent's cells */
-    kd_gpu_buffer fresh;            /* static cells that are built anew: mask, then ranks */
-    kd_gpu_buffer level_masks[2];   /* "svo.levels": both layers joined, this frame's and the last's */
-    kd_gpu_buffer touched;          /* bits of leaf parents: touched, then those with dynamic cells */
-    kd_gpu_buffer diff, diff_ranks; /* of the level at hand */
-    kd_gpu_buffer book;             /* "svo.book": kd_svo_places */
-    kd_gpu_buffer counters;         /* KD_COUNT_*, KD_ARGS_* */
-    kd_gpu_buffer sums;             /* of the layer being added up */
+    kd_gpu_buffer heads, next, groups; /* "svo.chains": of the voxels that cover a leaf parent's cells */
+    kd_gpu_buffer fresh;               /* static cells that are built anew: mask, then ranks */
+    kd_gpu_buffer level_masks[2];      /* "svo.levels": both layers joined, this frame's and the last's */
+    kd_gpu_buffer touched;             /* bits of leaf parents: touched, then those with dynamic cells */
+    kd_gpu_buffer diff, diff_ranks;    /* of the level at hand */
+    kd_gpu_buffer book;                /* "svo.book": kd_svo_places */
+    kd_gpu_buffer counters;            /* KD_COUNT_*, KD_ARGS_* */
+    kd_gpu_buffer sums;                /* of the layer being added up */
     kd_gpu_buffer static_surface,
         static_emission;         /* "svo.cells": static cells, eight siblings at a time as leaves are */
     kd_gpu_buffer dynamic_cells; /* eight a leaf parent, in the order of the parents' mask bits */

@@ -1,14 +1,17 @@
 // Chains the dynamic layer's page voxels to the leaf parents whose cells they cover: entry 8 * voxel + corner, where the corner
 // stands for a parent (splat_parents). A parent's place is the rank of its mask bit. Chains come in any order; what is made of
 // them (cells.comp) does not depend on it. The first of a chain notes the parent's code.
-layout(local_size_x = 128) in;
+layout(local_size_x = 64) in;
 
 #include "shaders/include/splat.glsl"
 #include "shaders/include/morton.glsl"
 #include "shaders/include/rank.glsl"
+#include "shaders/include/linear.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: parents that there is room for, y: words of their mask, z: first segment of this round
 layout(binding = 0) uniform usamplerBuffer voxels; // rgba32ui
+layout(std430, binding = 4) readonly buffer counters_block { uint counters[]; };
+layout(std430, binding = 5) readonly buffer list_block { uint list[]; };       // of groups
 layout(std430, binding = 0) readonly buffer segments_block { kd_voxel_segment segments[]; };
 layout(std430, binding = 1) readonly buffer parents_block { uint parents[]; }; // mask, then ranks
 layout(std430, binding = 2) buffer heads_block { uvec2 heads[]; };             // first entry, code
@@ -27,8 +30,11 @@ void link(uint entry, uint code)
 
 void main()
 {
-    uint slot = pass.z + gl_WorkGroupID.y, i = gl_GlobalInvocationID.x, voxel = slot * KD_SEGMENT_VOXELS + i;
-    if (i >= segments[slot].count)
+    uint entry = linear_index() / KD_MOVING_GROUP;
+    if (entry >= counters[KD_COUNT_PARTS])
+        return;
+    uint slot = list[entry] / KD_MOVING_GROUPS, voxel = list[entry] * KD_MOVING_GROUP + gl_LocalInvocationIndex;
+    if (voxel - slot * KD_SEGMENT_VOXELS >= segments[slot].count)
         return;
     uvec2 place = texelFetch(voxels, int(voxel)).xy;
     if (place.x == KD_NO_VOXEL)

@@ -10,6 +10,7 @@
 #include "runtime/gpu/rank.h"
 
 typedef enum svo_program {
+    SVO_LINK_LIST,
     SVO_LINK,
     SVO_CELLS,
     SVO_ACCUMULATE_STATIC,

@@ -13,7 +13,6 @@
 #include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
 
-enum { GROUP = 128, MOST_SLOTS = 32768 /* of a dispatch */ };
 #define SLOT_CHAIN_BYTES ((size_t)KD_SEGMENT_VOXELS * SVO_CHAIN_BYTES)
 
 void svo_empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells)
@@ -78,25 +77,45 @@ static uint32_t reserve_slots(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32
     return want;
 }
 
+/* Groups of voxels of so many slots, and the arguments of a dispatch over them. */
+static void list_groups(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const kd_voxel_pages *pages,
+                        uint32_t first, uint32_t slots)
+{
+    uint32_t pass[4] = {first, slots, 0, 0};
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_PARTS * 4, 4, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 1, pages->segments);
+    kd_gpu_bind_storage(gpu, 2, svo->groups);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_LINK_LIST], (slots + 63) / 64);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    svo_args(gpu, state, svo, KD_COUNT_PARTS, UINT32_MAX, KD_MOVING_GROUP, KD_ARGS_LIST);
+}
+
 /* Chains may be longer than a storage block of the driver: they are written in rounds, and read as texels. */
 static void link_voxels(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
                         uint32_t slots)
 {
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
-    uint32_t most = (uint32_t)((uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / SLOT_CHAIN_BYTES);
-    uint32_t round = most < MOST_SLOTS ? most : MOST_SLOTS;
+    uint32_t round = (uint32_t)((uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes / SLOT_CHAIN_BYTES);
     kd_texel_view_bind(gpu, &state->page_view, 0, pages->voxels, KD_RGBA32UI);
-    kd_gpu_bind_storage(gpu, 0, pages->segments);
-    kd_svo_bind_parents(gpu, svo, 1);
-    kd_gpu_bind_storage(gpu, 2, svo->heads);
     for (uint32_t first = 0; first < slots; first += round) {
         uint32_t count = slots - first < round ? slots - first : round;
         uint32_t pass[4] = {svo->dynamic_room, kd_svo_parent_words(svo), first, 0};
+        list_groups(gpu, state, svo, pages, first, count);
         kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+        kd_gpu_bind_storage(gpu, 0, pages->segments);
+        kd_svo_bind_parents(gpu, svo, 1);
+        kd_gpu_bind_storage(gpu, 2, svo->heads);
         kd_gpu_bind_storage_range(gpu, 3, svo->next, first * SLOT_CHAIN_BYTES, count * SLOT_CHAIN_BYTES);
-        kd_gpu_dispatch(gpu, state->programs[SVO_LINK], KD_SEGMENT_VOXELS / GROUP, count, 1);
+        kd_gpu_bind_storage(gpu, 4, svo->counters);
+        kd_gpu_bind_storage(gpu, 5, svo->groups);
+        kd_gpu_dispatch_indirect(gpu, state->programs[SVO_LINK], svo->counters, KD_ARGS_LIST * 4);
+        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE | KD_BARRIER_BUFFER_UPDATE);
     }
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_PARTS * 4, 4, 0); /* the nodes' passes expect it so */
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
 static void make_cells(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)

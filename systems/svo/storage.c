@@ -146,6 +146,7 @@ void svo_destroy(kd_gpu *gpu, kd_svo *svo)
                                svo->dynamic_cells,
                                svo->heads,
                                svo->next,
+                               svo->groups,
                                svo->index,
                                svo->nodes,
                                svo->leaves,
@@ -318,7 +319,11 @@ kd_status svo_reserve_chains(kd_gpu *gpu, kd_svo *svo, uint64_t voxels)
         kd_gpu_destroy_buffer(gpu, svo->next);
         svo->next = (kd_gpu_buffer){0};
     }
-    return bytes ? kd_gpu_ensure_buffer(gpu, &svo->next, bytes, 0, "svo.chains") : KD_OK;
+    if (!bytes)
+        return KD_OK;
+    kd_status status = kd_gpu_ensure_buffer(gpu, &svo->next, bytes, 0, "svo.chains");
+    size_t groups = (size_t)(voxels / KD_MOVING_GROUP) * 4;
+    return status ? status : kd_gpu_ensure_buffer(gpu, &svo->groups, groups, 0, "svo.chains");
 }
 
 void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene)

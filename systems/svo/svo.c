@@ -11,6 +11,7 @@
 #include "systems/svo/internal.h"
 
 static const char *const program_paths[SVO_PROGRAM_COUNT] = {
+    [SVO_LINK_LIST] = "shaders/svo/link_list.comp",
     [SVO_LINK] = "shaders/svo/link.comp",
     [SVO_CELLS] = "shaders/svo/cells.comp",
     [SVO_ACCUMULATE_STATIC] = "shaders/svo/accumulate_static.comp",
