@@ -44,7 +44,6 @@ typedef struct kd_svo {
     uint32_t current;            /* which of the two level masks is this frame's */
     struct kd_svo_places places; /* in the book */
 
-    bool changed;          /* in this frame: voxels move, or static ones came or went */
     bool wants_changes;    /* set by whoever reads `changes` */
     kd_gpu_buffer changes; /* "svo.changes" */
     kd_gpu_buffer uniform; /* "tree.uniform": kd_tree_params */

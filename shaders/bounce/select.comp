@@ -6,12 +6,10 @@ layout(local_size_x = 64) in;
 #include "shaders/include/morton.glsl"
 #include "shaders/include/work_list_fill.glsl"
 #include "shaders/bounce/side_item.glsl"
-#include "shaders/shared/jump.h"
 
 layout(std140, binding = KD_BIND_PASS) uniform pass_block { kd_bounce_params pass; };
 layout(std430, binding = 1) buffer bounce_block { uint entries[]; };
 layout(std430, binding = 2) readonly buffer masks_block { uint masks[]; };
-layout(std430, binding = 3) readonly buffer jump_block { uint jump[]; };
 layout(binding = KD_UNIT_TREE_DEPTH) uniform sampler3D tree_depths;
 
 // Cells without matter on a side are not asked what arrives there.
@@ -37,7 +35,7 @@ void list_sides(uint code, uint cascade, ivec3 wrapped, uint at)
 
 void main()
 {
-    uint word = gl_GlobalInvocationID.x, period = jump[KD_JUMP_HOLD] > 0u ? pass.frame.w : pass.frame.y;
+    uint word = gl_GlobalInvocationID.x;
     if (word >= pass.work.x)
         return;
     for (uint bits = masks[pass.work.y + word]; bits != 0u; bits &= bits - 1u) {
@@ -47,7 +45,7 @@ void main()
         uint at = bounce_first_entry(cascade, world_cell), identity = bounce_identity(world_cell);
         bool known = entries[at + 7u] == identity && pass.frame.x - entries[at + 6u] <= pass.frame.z;
         ivec3 block = world_cell >> 2;
-        if (known && ((uint(block.x + 2 * block.y + 4 * block.z) ^ pass.frame.x) & (period - 1u)) != 0u)
+        if (known && ((uint(block.x + 2 * block.y + 4 * block.z) ^ pass.frame.x) & (pass.frame.y - 1u)) != 0u)
             continue;
         list_sides(code, cascade, ivec3(wrapped), at);
         entries[at + 6u] = pass.frame.x;

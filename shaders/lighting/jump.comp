@@ -10,7 +10,7 @@ layout(local_size_x = 256) in;
 layout(binding = KD_UNIT_TREE_RADIANCE) uniform sampler3D tree_atlas;
 layout(std430, binding = 1) buffer jump_block { uint jump[]; };
 
-const uint THREADS = 256u, HELD = 4u; // frames: as long as every cell needs for its turn to bounce light
+const uint THREADS = 256u;
 const float MOST_CHANGE = 0.05;       // of all light
 const float MOST_EMITTED = 0.1;       // of the emitters' power
 const float MOST_WAY = 4.0;           // of the emitters' middle, in voxels
@@ -76,6 +76,5 @@ void main()
     }
     bool moved = tree_has_moved(), glow = emitters_jumped(), now = glow || (!moved && change > MOST_CHANGE * sum);
     jump[KD_JUMP_NOW] = uint(now);
-    jump[KD_JUMP_HOLD] = now ? HELD : max(jump[KD_JUMP_HOLD], 1u) - 1u;
     jump[KD_JUMP_MEASURE] = uint(1e6 * change / max(sum, 1e-20));
 }

@@ -18,7 +18,7 @@
 struct kd_bounce_params {
     uvec4 work;  /* x: words of the dense level's mask, y: the first, zw: 0 */
     uvec4 frame; /* x: frame, y: frames in which every cell has its turn (a power of two), z: age from which
-                    light is dropped, w: frames in which every cell has its turn after a jump of light */
+                    light is dropped, w: 0 */
     vec4 cone;   /* x: tan(aperture/2), y: step in diameters, z: largest distance m, w: radiance of the sky,
                     stored units */
     vec4 cones[KD_BOUNCE_CONES]; /* xyz: direction round +Z, w: weight; weights add up to 1 */

@@ -9,23 +9,21 @@
 #include "components/bounce.h"
 #include "components/emitters.h"
 #include "components/frame.h"
-#include "components/light.h"
-#include "components/light_jump.h"
 #include "components/render_targets.h"
-#include "components/scene_store.h"
 #include "components/sky.h"
 #include "components/svo.h"
-#include "components/transform.h"
 #include "components/tree_access.h"
-#include "components/voxel_scene.h"
 #include "runtime/gpu/work_list.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/bounce.h"
+#include "components/light.h"
+#include "components/scene_store.h"
+#include "components/transform.h"
+#include "components/voxel_scene.h"
 #include "systems/bounce/sources.h"
 
-/* Every cell has its turn in this many frames while light feeds itself and voxels move; in fewer while light
- * changes much, and while nothing moves: the picture comes to rest. */
-static const uint32_t TURNS = 8, TURNS_SOON = 4;
+/* Every cell has its turn in this many frames while light feeds itself. */
+static const uint32_t TURNS = 4;
 
 /* Frames in which every cell gathers after light has begun anew: what is left to come is then a hundredth. */
 static const uint32_t SETTLING = 3;
@@ -80,11 +78,9 @@ static uint32_t room_for_items(const kd_svo *svo)
 static struct kd_bounce_params params_of(const kd_settings *s, const kd_svo *svo, const kd_tree *tree,
                                          const kd_bounce *bounce)
 {
-    uint32_t soon = bounce->period < TURNS_SOON ? bounce->period : TURNS_SOON;
     struct kd_bounce_params p = {
         .work = {svo->mask_words[0], svo->mask_first[0], 0, 0},
-        .frame = {bounce->frame, svo->changed ? bounce->period : soon, bounce->period * KD_BOUNCE_MAX_TURNS,
-                  soon},
+        .frame = {bounce->frame, bounce->period, bounce->period * KD_BOUNCE_MAX_TURNS, 0},
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
                  kd_tree_cone_length(tree, s), s->cones_intensity},
     };
@@ -119,7 +115,6 @@ static void run(kd_system_context *context)
     kd_gpu_bind_storage(gpu, 0, state->items);
     kd_gpu_bind_storage(gpu, 1, bounce->entries);
     kd_gpu_bind_storage(gpu, 2, svo->level_masks[svo->current]);
-    kd_gpu_bind_storage(gpu, 3, kd_singleton(context->world, kd_light_jump)->state);
     kd_gpu_dispatch(gpu, state->select, (svo->mask_words[0] + 63) / 64, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
     kd_gpu_dispatch_indirect(gpu, state->gather.program, state->items, 0);
@@ -190,9 +185,8 @@ kd_status kd_bounce_import(kd_schedule *s)
                .phase = KD_PHASE_BOUNCE,
                .where = KD_ON_GPU,
                .components = {KD_USES(kd_svo), KD_USES(kd_tree), KD_USES(kd_frame), KD_USES(kd_emitters),
-                              KD_USES(kd_bounce), KD_USES(kd_sky_light), KD_USES(kd_light_jump)},
+                              KD_USES(kd_bounce), KD_USES(kd_sky_light)},
                .resources = {{"svo.levels", KD_USE_STORAGE_READ},
-                             {"light.jump", KD_USE_STORAGE_READ},
                              {"tree.uniform", KD_USE_UNIFORM},
                              {"tree.radiance", KD_USE_SAMPLED},
                              {"tree.nodes", KD_USE_SAMPLED},

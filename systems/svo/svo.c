@@ -206,7 +206,6 @@ static void build(kd_system_context *context)
     svo_give_back(gpu, state, svo, scene);
     svo_begin_nodes(gpu, state, svo, scene);
     bool changed = has_changed(state, scene);
-    svo->changed = changed;
     if (changed) {
         kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
         builds[scene->build](gpu, state, svo, scene);
