@@ -87,6 +87,8 @@ typedef enum kd_setting_type {
       "most memory of one array of the octree; 0: what the driver binds")                                    \
     X(I32, cones, count, 6, 3, 16, NULL, NULL, "diffuse cones a pixel")                                      \
     X(F32, cones, aperture_deg, 60, 10, 120, NULL, "deg", "full opening angle of a diffuse cone")            \
+    X(F32, cones, far, 1.0f, 0.1, 1, NULL, NULL,                                                            \
+      "width of a diffuse cone far from its start, of its opening there; 1: a plain cone")                   \
     X(F32, cones, step, 0.5f, 0.1, 2, NULL, "diameters", "step along a cone")                                \
     X(F32, cones, max_distance, 0, 0, 1e6, NULL, "m", "end of a cone; 0: the whole tree")                    \
     X(I32, cones, resolution, 2, 1, 4, NULL, "pixels", "trace every n-th pixel of both axes")                \

@@ -47,6 +47,23 @@ static int64_t get_int64(const kd_gpu *gpu, GLenum what)
     return value;
 }
 
+static bool has_extension(const kd_gpu *gpu, const char *name)
+{
+    int count = get_int(gpu, GL_NUM_EXTENSIONS);
+    for (int i = 0; i < count; i++)
+        if (strcmp((const char *)gpu->gl.GetStringi(GL_EXTENSIONS, (GLuint)i), name) == 0)
+            return true;
+    return false;
+}
+
+/* OpenGL 4.6 has it, 4.5 as an extension under either name. */
+static int anisotropy_of(const kd_gpu *gpu)
+{
+    bool has = has_extension(gpu, "GL_ARB_texture_filter_anisotropic") ||
+               has_extension(gpu, "GL_EXT_texture_filter_anisotropic");
+    return has ? get_int(gpu, GL_MAX_TEXTURE_MAX_ANISOTROPY) : 1;
+}
+
 static void read_limits(kd_gpu *gpu)
 {
     kd_gpu_info *info = &gpu->info;
@@ -73,6 +90,7 @@ static void read_limits(kd_gpu *gpu)
     gpu->max_texture_2d = get_int(gpu, GL_MAX_TEXTURE_SIZE);
     gpu->max_layers = get_int(gpu, GL_MAX_ARRAY_TEXTURE_LAYERS);
     gpu->max_cube = get_int(gpu, GL_MAX_CUBE_MAP_TEXTURE_SIZE);
+    gpu->max_anisotropy = anisotropy_of(gpu);
     gpu->max_texel_buffer = get_int64(gpu, GL_MAX_TEXTURE_BUFFER_SIZE);
     for (GLuint axis = 0; axis < 3; axis++) {
         GLint groups = 0;

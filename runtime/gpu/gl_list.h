@@ -63,6 +63,7 @@
     X(GetError, GETERROR)                                                                                    \
     X(GetInteger64v, GETINTEGER64V)                                                                          \
     X(GetIntegeri_v, GETINTEGERI_V)                                                                          \
+    X(GetStringi, GETSTRINGI)                                                                                \
     X(GetIntegerv, GETINTEGERV)                                                                              \
     X(GetNamedBufferSubData, GETNAMEDBUFFERSUBDATA)                                                          \
     X(GetProgramInfoLog, GETPROGRAMINFOLOG)                                                                  \

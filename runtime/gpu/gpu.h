@@ -148,7 +148,7 @@ typedef enum kd_texture_format {
 typedef enum kd_filter {
     KD_LINEAR,
     KD_NEAREST,
-    KD_LINEAR_MIP,
+    KD_LINEAR_MIP, /* between levels too, along long footprints where the driver can */
     KD_SHADOW /* linear with depth compare <= */
 } kd_filter;
 typedef enum kd_wrap { KD_CLAMP, KD_REPEAT, KD_MIRROR, KD_BORDER_ONE } kd_wrap;

@@ -142,6 +142,7 @@ struct kd_gpu {
     size_t bytes;
     uint64_t frame;
     int max_storage_bindings, max_texture_units, max_image_units, max_texture_2d, max_layers, max_cube;
+    int max_anisotropy; /* 1: the driver has none */
     int64_t max_texel_buffer, max_groups[3];
     gpu_pool buffers, textures, programs, targets, readbacks;
 

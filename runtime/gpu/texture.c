@@ -110,6 +110,9 @@ static GLint wrap_mode(kd_wrap wrap)
     return modes[wrap];
 }
 
+/* Times that a footprint may be longer than wide before its pattern is blurred. */
+#define MOST_ANISOTROPY 8
+
 static void set_sampling(kd_gpu *gpu, const gpu_texture *texture, const kd_gpu_texture_desc *desc)
 {
     static const GLfloat one[4] = {1, 1, 1, 1};
@@ -122,6 +125,9 @@ static void set_sampling(kd_gpu *gpu, const gpu_texture *texture, const kd_gpu_t
                         : (mips ? GL_LINEAR_MIPMAP_NEAREST : GL_LINEAR);
     if (!nearest && mips && desc->filter == KD_LINEAR_MIP)
         min = GL_LINEAR_MIPMAP_LINEAR;
+    if (min == GL_LINEAR_MIPMAP_LINEAR && gpu->max_anisotropy > 1)
+        gl->TextureParameteri(texture->gl, GL_TEXTURE_MAX_ANISOTROPY,
+                              gpu->max_anisotropy < MOST_ANISOTROPY ? gpu->max_anisotropy : MOST_ANISOTROPY);
     gl->TextureParameteri(texture->gl, GL_TEXTURE_MIN_FILTER, min);
     gl->TextureParameteri(texture->gl, GL_TEXTURE_MAG_FILTER, nearest ? GL_NEAREST : GL_LINEAR);
     gl->TextureParameteri(texture->gl, GL_TEXTURE_WRAP_S, wrap_mode(desc->wrap_s));

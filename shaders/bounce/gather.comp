@@ -21,14 +21,13 @@ vec3 to_side(vec3 v, int side)
 
 vec3 gather(vec3 origin, int side, float span, uint variant)
 {
-    cone_settings settings = cone_settings(pass.cone.y, pass.cone.z, 0.0, 1.0);
-    float angle = 0.3926991 * float(variant), c = cos(angle), s = sin(angle); // quarters of the angle between two cones
+    cone_settings settings = cone_settings(pass.cone.y, pass.cone.z, 0.0, 1.0, pass.far.x);
     vec3 sum = vec3(0.0);
     for (int i = 0; i < KD_BOUNCE_CONES; i++) {
-        vec3 cone = pass.cones[i].xyz;
-        vec3 direction = to_side(vec3(c * cone.x - s * cone.y, s * cone.x + c * cone.y, cone.z), side);
+        vec4 cone = pass.cones[KD_CONE_SETS * i + int(variant)];
+        vec3 direction = to_side(cone.xyz, side);
         cone_result r = cone_trace(origin, direction, direction, pass.cone.x, 0.25 * span, settings);
-        sum += pass.cones[i].w * (r.radiance + r.transmittance * (pass.cone.w * tree.light.y) * sky_cone(direction, pass.cone.x));
+        sum += cone.w * (r.radiance + r.transmittance * (pass.cone.w * tree.light.y) * sky_cone(direction, pass.cone.x * pass.far.x));
     }
     vec3 normal = to_side(vec3(0.0, 0.0, 1.0), side);
     return sum + tree.light.y * emitters_light(sum * tree.light.z, origin, origin, normal, 0.25 * span, 0.1, 1u, variant, emitter_settings(settings));

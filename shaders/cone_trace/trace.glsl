@@ -25,16 +25,7 @@ mat3 frame_round(vec3 n)
 
 cone_settings settings()
 {
-    return cone_settings(gather.cone.y, gather.cone.z, gather.light.y, 1.0);
-}
-
-// Neighbours turn their cones against each other, by quarters of the angle between two cones of a ring, and tilt them a
-// little; smooth.comp, whose weights add up equally over any two by two pixels, makes one set of four times as many
-// directions of them.
-vec3 turned(vec3 cone, float variant)
-{
-    float angle = gather.cone_turn.x * variant, c = cos(angle), s = sin(angle);
-    return normalize(vec3(c * cone.x - s * cone.y, s * cone.x + c * cone.y, cone.z + gather.cone_turn.y * (variant - 1.5)));
+    return cone_settings(gather.cone.y, gather.cone.z, gather.light.y, 1.0, gather.light.w);
 }
 
 // One of a cone's rays, another for each variant: over and under the axis and on both sides of it, at the distance that has
@@ -48,22 +39,24 @@ vec3 ray_of(vec3 cone, float variant)
     return normalize(cone + (gather.cone.x * SPREAD * (variant < 1.5 ? 1.0 : -1.0)) * (sideways ? across : up));
 }
 
+// Neighbours have different sets of cones; smooth.comp, whose weights add up equally over any two by two pixels, makes one set
+// of four times as many directions of them.
 vec4 trace_diffuse(vec3 place_ws, vec3 origin, vec3 normal, float span, ivec2 at)
 {
     mat3 frame = frame_round(normal);
-    float variant = float((at.x & 1) + 2 * (at.y & 1));
+    uint variant = uint((at.x & 1) + 2 * (at.y & 1));
     vec3 irradiance = vec3(0.0);
     float visible = 0.0;
     for (uint i = 0u; i < gather.size.w; i++) {
-        vec3 cone = turned(gather.cones[i].xyz, variant);
-        vec3 facing = frame * ray_of(cone, variant);
-        vec3 axis = frame * cone;
+        vec4 cone = gather.cones[uint(KD_CONE_SETS) * i + variant];
+        bool capping = i == 0u && gather.size.w > 4u && gather.light.w < 1.0; // four round the normal: different rays already
+        vec3 axis = frame * cone.xyz, facing = capping ? axis : frame * ray_of(cone.xyz, float(variant));
         cone_result r = cone_trace(origin, axis, facing, gather.cone.x, 0.25 * span, settings());
         count_cone(i, r.samples);
-        irradiance += gather.cones[i].w * (r.radiance * tree.light.z + r.transmittance * sky_cone(axis, gather.cone.x));
-        visible += gather.cones[i].w * (1.0 - r.occlusion);
+        irradiance += cone.w * (r.radiance * tree.light.z + r.transmittance * sky_cone(axis, gather.cone.x * gather.light.w));
+        visible += cone.w * (1.0 - r.occlusion);
     }
-    irradiance += emitters_light(irradiance, place_ws, origin, normal, 0.25 * span, 0.05, 2u, uint(variant), emitter_settings(settings()));
+    irradiance += emitters_light(irradiance, place_ws, origin, normal, 0.25 * span, 0.05, 2u, variant, emitter_settings(settings()));
     return vec4(irradiance * gather.light.x, clamp(1.0 - gather.light.z * (1.0 - visible), 0.0, 1.0));
 }
 
@@ -79,6 +72,7 @@ vec3 trace_specular(vec3 place_ws, vec3 origin, surface s, vec3 view, float span
     // A narrow cone has far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through.
     cone_settings far = settings();
     far.step *= 1.6;
+    far.far = 1.0;
     float tan_half = clamp(alpha, 0.03, 1.0);
     cone_result r = cone_trace(origin, direction, direction, tan_half, span, far);
     count_cone(KD_MAX_CONES, r.samples);

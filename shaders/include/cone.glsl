@@ -7,11 +7,17 @@
 // steps of half a diameter a sample then falls on every cell length, and the interpolated depths of a wall add up exactly.
 const float CONE_SHARPNESS = 1.0;
 
+// Near its start a cone covers all directions that it stands for; from this width on, in voxels, it grows like a narrower
+// one. A wide cone's cells reach far beyond its edge, where they close gaps that light comes through, and a point's neighbours
+// look into the directions between.
+const float CONE_NEAR_WIDTH = 4.0;
+
 struct cone_settings {
     float step;         // in diameters
     float max_distance; // m
     float falloff;      // of occlusion with distance, 1/m
     float least;        // least diameter, in voxels
+    float far;          // width of the far part of the cone, of its opening; 1: a plain cone
 };
 
 struct cone_result {
@@ -24,7 +30,7 @@ struct cone_result {
 // Where the next sample of a cone lies.
 struct cone_place {
     vec3 p_ws;
-    float diameter;
+    float diameter, stride;
     int cascade, lod;
     bool goes_on, sparse; // sparse: below the dense levels
 };
@@ -32,20 +38,21 @@ struct cone_place {
 cone_place cone_place_at(float t, cone_result so_far, vec3 origin_ws, vec3 direction, float tan_half, cone_settings settings)
 {
     cone_place o;
-    float span = tree.cascade[0].w;
+    float span = tree.cascade[0].w, wide = 2.0 * tan_half * t;
     o.p_ws = origin_ws + direction * t;
     o.cascade = tree_cascade_at(o.p_ws, 0.5);
     o.goes_on = o.cascade < tree_cascades() && t <= settings.max_distance && so_far.transmittance >= 0.01 && so_far.samples < 256;
-    o.diameter = max(2.0 * tan_half * t, settings.least * span * float(1 << o.cascade));
+    float own_span = span * float(1 << o.cascade), narrowed = max(min(wide, CONE_NEAR_WIDTH * own_span), settings.far * wide);
+    o.diameter = max(narrowed, settings.least * own_span);
+    o.stride = settings.step * o.diameter * (wide > CONE_NEAR_WIDTH * own_span && settings.far < 1.0 ? 1.6 : 1.0);
     o.lod = max(int(floor(log2(o.diameter / span) - CONE_SHARPNESS + 0.5)), o.cascade);
     o.sparse = tree_is_sparse(o.cascade, o.lod);
     return o;
 }
 
 // v: what the sample at t gave.
-void cone_step(inout cone_result r, inout float t, vec4 v, float diameter, cone_settings settings)
+void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_settings settings)
 {
-    float s = settings.step * diameter;
     float through = exp(-v.a * s);
     float gained = r.transmittance * (1.0 - through);
     if (v.a > 0.0)
@@ -72,13 +79,13 @@ cone_result cone_trace(vec3 origin_ws, vec3 direction, vec3 facing, float tan_ha
     do {
         do {
             if (at.goes_on && at.sparse) {
-                cone_step(r, t, tree_sample_sparse(at.cascade, at.lod, at.p_ws, facing), at.diameter, settings);
+                cone_step(r, t, tree_sample_sparse(at.cascade, at.lod, at.p_ws, facing), at.stride, settings);
                 at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
             }
         } while (at.goes_on && at.sparse);
         do {
             if (at.goes_on && !at.sparse) {
-                cone_step(r, t, tree_sample_wide(at.cascade, at.lod, at.p_ws, facing), at.diameter, settings);
+                cone_step(r, t, tree_sample_wide(at.cascade, at.lod, at.p_ws, facing), at.stride, settings);
                 at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
             }
         } while (at.goes_on && !at.sparse);

@@ -46,20 +46,35 @@ vec3 emitter_light(uint i, vec3 p_ws, vec3 n_ws)
 // Narrow cones have far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through, of two voxels at least.
 cone_settings emitter_settings(cone_settings of)
 {
-    return cone_settings(of.step * 1.6, of.max_distance, of.falloff, 2.83);
+    return cone_settings(of.step * 1.6, of.max_distance, of.falloff, 2.83, 1.0);
 }
+
+// Radius of a cone that covers as much as an emitter shows along `direction`: a flat one seen from its edge is thin, and what it
+// lies in would shade it.
+float emitter_width(kd_emitter e, vec3 direction)
+{
+    float directed = min(length(e.normal.xyz), 1.0);
+    return e.place.w * sqrt(mix(1.0, min(emitter_shown(e, direction), 1.0), directed));
+}
+
+// Voxels that a shadow's cone ends in front of an emitter seen from its edge: what a lamp is let into does not shade what it
+// lights.
+const float EMITTER_LIFT = 3.0;
 
 // Share of an emitter's light that reaches a point. Its own cells are left out, and those that a sample there would touch.
 float emitter_visible(uint i, vec3 p_ws, float start, float least_tan, cone_settings settings)
 {
     kd_emitter e = emitters.emitter[i];
-    vec3 to_it = e.place.xyz - p_ws;
-    float d = length(to_it), span = tree.cascade[min(tree_cascade_at(e.place.xyz, 0.5), tree_cascades() - 1)].w;
-    float tan_half = max(0.7 * e.place.w / max(d, 1e-6), least_tan);
+    float span = tree.cascade[min(tree_cascade_at(e.place.xyz, 0.5), tree_cascades() - 1)].w;
+    vec3 to_it = e.place.xyz - p_ws, side = dot(e.normal.xyz, to_it) <= 0.0 ? e.normal.xyz : -e.normal.xyz;
+    float edgewise = 1.0 - min(emitter_shown(e, normalize(to_it)), 1.0);
+    to_it += side * (edgewise * min(EMITTER_LIFT * span, 0.25 * length(to_it)));
+    float d = length(to_it);
+    vec3 direction = to_it / max(d, 1e-6);
+    float tan_half = max(0.7 * emitter_width(e, direction) / max(d, 1e-6), least_tan);
     settings.max_distance = d - e.place.w - 1.5 * max(span, tan_half * d);
     if (settings.max_distance <= start)
         return 1.0;
-    vec3 direction = to_it / d;
     cone_result r = cone_trace(p_ws, direction, direction, tan_half, start, settings);
     count_emitter_cone(r.samples);
     return r.transmittance;

@@ -1,6 +1,7 @@
 #ifndef KD_SHADERS_BOUNCE_H
 #define KD_SHADERS_BOUNCE_H
 
+#include "shaders/shared/gather.h"
 #include "shaders/shared/layout.h"
 
 /* Light that arrives at the dense cells of the octree from the scene and the sky, kept from frame to frame,
@@ -21,10 +22,12 @@ struct kd_bounce_params {
                     light is dropped, w: 0 */
     vec4 cone;   /* x: tan(aperture/2), y: step in diameters, z: largest distance m, w: radiance of the sky,
                     stored units */
-    vec4 cones[KD_BOUNCE_CONES]; /* xyz: direction round +Z, w: weight; weights add up to 1 */
-    /* ---- 112 */
+    vec4 far;    /* x: width of far cones, of the opening, yzw: 0 */
+    /* ---- 64 */
+    vec4 cones[KD_BOUNCE_CONES * KD_CONE_SETS]; /* xyz: direction round +Z, w: weight; those of a set add up to 1 */
+    /* ---- 320 */
 };
-KD_LAYOUT_CHECK(kd_bounce_params, 112)
+KD_LAYOUT_CHECK(kd_bounce_params, 320)
 
 #include "shaders/shared/layout_end.h"
 

@@ -4,25 +4,25 @@
 #include "shaders/shared/layout.h"
 
 #define KD_MAX_CONES 16
+#define KD_CONE_SETS 4 /* of neighbours, components/cone_set.h */
 #define KD_GATHER_ROUGH 0.7 /* from this roughness on reflections are the diffuse cones' */
 
 /* Parameters of the cone tracer, uniform block KD_BIND_PASS. */
 struct kd_gather_params {
     uvec4 size;      /* xy: picture, z: every n-th pixel is traced, w: cones */
     vec4 cone;       /* x: tan(aperture/2), y: step in diameters, z: largest distance m, w: start in voxels */
-    vec4 light;      /* x: intensity, y: AO falloff 1/m, z: AO intensity, w 0 */
+    vec4 light;      /* x: intensity, y: AO falloff 1/m, z: AO intensity, w: width of far cones, of the opening */
     uvec4 flags;     /* x: 1 traces glossy cones, y: texels of the guide a traced pixel */
     vec4 refine;     /* x: relative difference of neighbours from which pixels between them are traced */
-    vec4 cone_turn;  /* x: angle between the cones of neighbouring pixels, y: difference of their height over the surface */
-    /* ---- 96 */
-    vec4 cones[KD_MAX_CONES]; /* xyz: direction round +Z, w: weight; weights add up to 1 */
-    /* ---- 352 */
+    /* ---- 80 */
+    vec4 cones[KD_MAX_CONES * KD_CONE_SETS]; /* xyz: direction round +Z, w: weight; those of a set add up to 1 */
+    /* ---- 1104 */
     uvec4 reuse;       /* x: frames between which a pixel is traced, 0: light of the frame before is of no use, y: frame */
     mat4 before;       /* view and projection of the frame before */
     vec4 before_eye;   /* viewing depth then: dot(xyz, place) + w */
-    /* ---- 448 */
+    /* ---- 1200 */
 };
-KD_LAYOUT_CHECK(kd_gather_params, 448)
+KD_LAYOUT_CHECK(kd_gather_params, 1200)
 
 /* What alpha of a traced pixel's reflection says: how it was made, plus KD_TRACED_AGE for every frame since. */
 #define KD_TRACED_NOT 0.0    /* interpolated */

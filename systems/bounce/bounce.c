@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "components/bounce.h"
+#include "components/cone_set.h"
 #include "components/emitters.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
@@ -83,13 +84,9 @@ static struct kd_bounce_params params_of(const kd_settings *s, const kd_svo *svo
         .frame = {bounce->frame, bounce->period, bounce->period * KD_BOUNCE_MAX_TURNS, 0},
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
                  kd_tree_cone_length(tree, s), s->cones_intensity},
+        .far = {s->cones_far, 0, 0, 0},
     };
-    /* A ring at the polar angle whose cosine is the weighted mean of the hemisphere's, 2/3. */
-    for (int i = 0; i < KD_BOUNCE_CONES; i++) {
-        float azimuth = 6.2831853f * (float)i / KD_BOUNCE_CONES, sine = sqrtf(5.0f) / 3;
-        p.cones[i] =
-            (kd_gl_vec4){sine * cosf(azimuth), sine * sinf(azimuth), 2.0f / 3, 1.0f / KD_BOUNCE_CONES};
-    }
+    kd_cone_set_make(p.cones, KD_BOUNCE_CONES, 0, 0);
     return p;
 }
 

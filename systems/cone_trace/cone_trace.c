@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "components/camera.h"
+#include "components/cone_set.h"
 #include "components/emitters.h"
 #include "components/frame.h"
 #include "components/light_jump.h"
@@ -19,7 +20,6 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/gather.h"
 #include "shaders/shared/scene.h"
-#include "systems/cone_trace/cones.h"
 #include "systems/cone_trace/grid.h"
 
 typedef struct gather_state {
@@ -60,6 +60,8 @@ static void fit_targets(kd_gpu *gpu, kd_gi_targets *gi, uint32_t width, uint32_t
 /* A ring at 60 degrees becomes four at 53 to 68: a small bright thing then leaves no ring on the wall beside
  * it. */
 #define CONE_TILT 0.1f
+/* Narrow cones along the normal stand at four places round it. */
+#define CAP_TILT 0.25f
 
 static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tree, uint32_t width,
                                          uint32_t height)
@@ -68,15 +70,11 @@ static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tr
         .size = {width, height, (uint32_t)s->cones_resolution, (uint32_t)s->cones_count},
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
                  kd_tree_cone_length(tree, s), s->cones_start},
-        .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, 0},
+        .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, s->cones_far},
         .flags = {s->specular_cones ? 1u : 0u, 0, 0, 0},
         .refine = {s->cones_refine, 0, 0, 0},
     };
-    kd_vec4 cones[KD_MAX_CONES];
-    p.cone_turn.x = 0.25f * cones_make(cones, p.size.w);
-    p.cone_turn.y = CONE_TILT;
-    for (uint32_t i = 0; i < p.size.w; i++)
-        p.cones[i] = (kd_gl_vec4){cones[i].x, cones[i].y, cones[i].z, cones[i].w};
+    kd_cone_set_make(p.cones, p.size.w, CONE_TILT, s->cones_far < 1 ? CAP_TILT : 0);
     return p;
 }
 

@@ -218,7 +218,7 @@ static void bind_scene(kd_system_context *context, bool gathers)
     const kd_tree *tree = kd_singleton(context->world, kd_tree);
     struct kd_blend_params params = {.cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)),
                                               s->cones_step, kd_tree_cone_length(tree, s), s->cones_start},
-                                     .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, 0}};
+                                     .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, 1}};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_tree_bind(gpu, tree);
     kd_emitters_bind(gpu, kd_singleton(context->world, kd_emitters));
