@@ -29,6 +29,7 @@ typedef struct kd_lighting {
     kd_gpu_buffer lights;                           /* kd_lights_params, uniform block KD_BIND_LIGHTS */
     kd_gpu_texture shadow_directional, shadow_spot; /* depth arrays, units KD_UNIT_SHADOW_* */
     uint32_t light_count, directional_count;        /* directional lights come first */
+    uint32_t ranged_count;                          /* local lights whose range ends */
     void *internal;
 } kd_lighting;
 KD_COMPONENT_DECLARE(kd_lighting);

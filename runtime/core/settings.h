@@ -15,6 +15,7 @@
 #define KD_SVO_BUILD_LIST(X)  X(ORDERFREE, "orderfree") X(ATOMIC, "atomic") X(LEVELS, "levels")
 #define KD_BOUNCES_LIST(X)    X(NONE, "0") X(ONE, "1") X(TWO, "2") X(INF, "inf")
 #define KD_TONEMAP_LIST(X)    X(ACES, "aces") X(REINHARD, "reinhard") X(LINEAR, "linear")
+#define KD_TILES_LIST(X)      X(AUTO, "auto") X(ON, "on") X(OFF, "off")
 #define KD_CHANNEL_LIST(X)                                                                                   \
     X(AUTO, "auto")                                                                                          \
     X(RADIANCE, "radiance")                                                                                  \
@@ -49,6 +50,12 @@ typedef enum kd_tonemap {
     KD_TONEMAP_LIST(KD_TONEMAP_ENUM)
 #undef KD_TONEMAP_ENUM
 } kd_tonemap;
+
+typedef enum kd_light_tiles {
+#define KD_TILES_ENUM(name, text) KD_TILES_##name,
+    KD_TILES_LIST(KD_TILES_ENUM)
+#undef KD_TILES_ENUM
+} kd_light_tiles;
 
 typedef enum kd_view_channel {
 #define KD_CHANNEL_ENUM(name, text) KD_CHANNEL_##name,
@@ -110,6 +117,8 @@ typedef enum kd_setting_type {
       "distance up to which directional shadows reach")                                                      \
     X(ENUM, light, bounces, KD_BOUNCES_INF, 0, 3, bounces_words, NULL,                                       \
       "times that light of lamps is reflected before it is seen indirectly")                                 \
+    X(ENUM, light, tiles, KD_TILES_AUTO, 0, 2, tiles_words, NULL,                                            \
+      "each tile of the picture is lit by the local lights that reach it, or by all; auto: where many are")  \
     X(F32, view, exposure_ev, 0, -20, 20, NULL, "EV", "exposure; one more doubles the brightness")           \
     X(BOOL, view, auto_exposure, false, 0, 1, NULL, NULL, "choose the exposure from the picture")            \
     X(ENUM, view, tonemap, KD_TONEMAP_ACES, 0, 2, tonemap_words, NULL,                                       \

@@ -3,12 +3,14 @@
 
 /* What a surface sends to the eye, or the part of it that a view shows.
  *
- * SHOW (KD_SHOW_*), DIRECTIONAL and LOCAL (kinds of light there are) are known when compiling: software
- * drivers run both sides of a branch, and a loop's body once even when it has nothing to do. */
+ * SHOW (KD_SHOW_*), DIRECTIONAL and LOCAL (kinds of light there are: at least one) are known when
+ * compiling: software drivers run both sides of a branch, and a loop's body once even when it has nothing to
+ * do. Loops end in their condition: such drivers run a body that is left at its head once more. */
 
 #include "shaders/shared/gather.h"
 #include "shaders/shared/resolve.h"
 #include "shaders/include/lights.glsl"
+#include "shaders/include/tile_lights.glsl"
 #include "shaders/include/brdf.glsl"
 
 const uint show = SHOW;
@@ -19,21 +21,33 @@ vec3 reflected(surface s, vec3 v, vec3 to_light)
     return show == KD_SHOW_LIGHT ? vec3(brdf_white(s, to_light)) : brdf_direct(s, v, to_light);
 }
 
+vec3 light_directional(surface s, vec3 v, uint i)
+{
+    vec3 to_light, irradiance = light_sample(i, s.position_ws, to_light);
+    return irradiance * reflected(s, v, to_light) * light_shadow_directional(i, s.position_ws, s.face_normal_ws);
+}
+
+vec3 light_local(surface s, vec3 v, uint i)
+{
+    vec3 to_light, irradiance = light_sample(i, s.position_ws, to_light);
+    return irradiance * reflected(s, v, to_light) * light_shadow_local(i, s.position_ws, s.face_normal_ws);
+}
+
 vec3 direct_light(surface s, vec3 v)
 {
-    vec3 to_light, sum = vec3(0.0);
+    uint i = 0u;
+    vec3 sum = vec3(0.0);
 #ifdef DIRECTIONAL
-    for (uint i = 0u; i < light_directional_count(); i++) {
-        vec3 irradiance = light_sample(i, s.position_ws, to_light);
-        sum += irradiance * reflected(s, v, to_light) *
-               light_shadow_directional(i, s.position_ws, s.face_normal_ws);
-    }
+    do
+        sum += light_directional(s, v, i++);
+    while (i < light_directional_count());
 #endif
 #ifdef LOCAL
-    for (uint i = light_directional_count(); i < light_count(); i++) {
-        vec3 irradiance = light_sample(i, s.position_ws, to_light);
-        sum += irradiance * reflected(s, v, to_light) *
-               light_shadow_local(i, s.position_ws, s.face_normal_ws);
+    light_walk walk;
+    if (light_first(walk, i)) {
+        do
+            sum += light_local(s, v, i);
+        while (light_next(walk, i));
     }
 #endif
     return sum;

@@ -15,6 +15,15 @@
 
 enum { RESOLVE_GROUP = 8, RESOLVE_LUMINANCE_GROUP = 16, RESOLVE_KINDS = KD_SURFACE_KINDS };
 
+/* What a dispatch covers: the whole picture, or one list of tiles. */
+typedef enum resolve_part {
+    RESOLVE_ALL,
+    RESOLVE_SURFACES,
+    RESOLVE_SURFACES_LIT, /* each tile by its own lights */
+    RESOLVE_EMPTY,
+    RESOLVE_PARTS
+} resolve_part;
+
 typedef struct resolve_variant {
     kd_gpu_program program;
     bool tried; /* a program that failed is not compiled again every frame */
@@ -22,8 +31,10 @@ typedef struct resolve_variant {
 
 typedef struct resolve_state {
     /* by view, kinds of light (bit 0 directional, bit 1 local) and of surfaces (bit 2: blended, bit 3: they
-     * tint, bit 4: layered) and whether the picture is made at once */
-    resolve_variant resolve[KD_SHOW_COUNT][RESOLVE_KINDS][2];
+     * tint, bit 4: layered) whether the picture is made at once, and the part of it */
+    resolve_variant resolve[KD_SHOW_COUNT][RESOLVE_KINDS][2][RESOLVE_PARTS];
+    resolve_variant tiles[2];              /* [1]: with their lights */
+    kd_gpu_buffer tile_lists, tile_lights; /* shaders/include/tiles.glsl, tile_lights.glsl */
     kd_gpu_program tonemap, luminance, exposure;
     kd_gpu_texture black;
     kd_gpu_buffer exposure_buffer, partials;
@@ -36,6 +47,15 @@ struct kd_resolve_params resolve_params(kd_system_context *context);
 uint32_t resolve_show(const kd_frame *frame);
 /** Tell whether this frame's exposure is measured. */
 bool resolve_measures(const kd_frame *frame);
+
+/** Tell how this frame's picture is covered: RESOLVE_ALL, RESOLVE_SURFACES or RESOLVE_SURFACES_LIT, the
+ * latter two with RESOLVE_EMPTY. */
+resolve_part resolve_tiles_choose(const kd_frame *frame, const kd_lighting *lighting);
+/** List the tiles, everything of kd_surface_bind bound, and leave the lists bound. Returns false when there
+ * is no memory for them. */
+bool resolve_tiles_run(kd_system_context *context, resolve_state *s, bool lights);
+void resolve_tiles_dispatch(kd_gpu *gpu, const resolve_state *s, kd_gpu_program program, uint32_t list);
+void resolve_tiles_fini(kd_gpu *gpu, resolve_state *s);
 
 kd_status resolve_tonemap_init(kd_system_context *context);
 void resolve_tonemap_run(kd_system_context *context);

@@ -172,6 +172,14 @@ static void add_lights(shadow_state *s, bool directional, const kd_view *view, c
     }
 }
 
+static uint32_t count_ranged(const shadow_state *s, uint32_t first)
+{
+    uint32_t count = 0;
+    for (uint32_t i = first; i < s->lights.count.x; i++)
+        count += s->lights.light[i].position_ws.w > 0;
+    return count;
+}
+
 /* Layers that local lights ask for, granted or not. */
 static uint32_t count_local_layers(const shadow_state *s)
 {
@@ -214,6 +222,7 @@ void shadow_lights_run(kd_system_context *context)
     s->lights.kinds = (struct kd_gl_vec4){(float)s->lights.count.x, fmaxf(lamp * lamp, 1e-20f), 0, 0};
     add_lights(s, false, view, frame, &bounds);
     lighting->light_count = s->lights.count.x;
+    lighting->ranged_count = count_ranged(s, lighting->directional_count);
     if (shadow_cull(s, w, list, kd_singleton(w, kd_scene_store)) == KD_OK)
         return;
     kd_fail(KD_NO_MEMORY, "lights: no memory for the shadows of %u draws; use fewer lights",
