@@ -2,12 +2,13 @@
 
 #include "tests/render_fixture.h"
 
-#include "shaders/shared/resolve.h"
 #include "shaders/shared/scene.h"
 
 static void add_hall(render *r)
 {
     const kd_material_desc grey = render_matte(0.7f);
+    r->frame->width = 96;
+    r->frame->height = 64;
     render_shape(r, KD_SHAPE_BOX, (kd_vec3){10, 0.2f, 10}, &grey, (kd_vec3){0, -1, 0}, RENDER_UPRIGHT,
                  RENDER_UNIT);
     for (int i = 0; i < 4; i++)
@@ -69,11 +70,11 @@ static void ranges_end_inside_tiles(void **state)
     size_t some = expect_same(r, "some lamps");
     add_grid(r, 60, 140, 0.7f);
     assert_true(expect_same(r, "many lamps") > some);
-    r->frame->width = 131; /* tiles that the picture's edges cut */
-    r->frame->height = 77;
+    r->frame->width = 83; /* tiles that the picture's edges cut */
+    r->frame->height = 61;
     expect_same(r, "cut tiles");
     r->frame->width = 7; /* fewer pixels than a tile */
-    r->frame->height = 200;
+    r->frame->height = 100;
     expect_same(r, "narrow");
 }
 
@@ -121,8 +122,6 @@ static void as_many_as_there_may_be(void **state)
 {
     render *r = *state;
     add_hall(r);
-    r->frame->width = 64;
-    r->frame->height = 48;
     render_camera(r, (kd_vec3){0, 1.5f, 6}, (kd_vec3){0, -0.5f, 0}, 0.9f);
     add_grid(r, 0, KD_MAX_LIGHTS, 1.3f);
     assert_true(expect_same(r, "every light") > 500);
