@@ -3,22 +3,27 @@
 
 /* Walking over the local lights of a place, in their order: with TILED those that reach the tile `tile_here`, else
  * all. Loops end in `while (light_next(walk, i))`: drivers that run a vector of pixels go once more through a body
- * that is left in its middle.
+ * that is left in its middle. TILE_MARKS: for the pass that marks the lights of tiles and walks nowhere.
  *
  * The includer has lights.glsl's. */
 
+#include "shaders/shared/resolve.h"
+
 #ifdef TILED
-#ifndef TILE_LIGHTS_ACCESS
+#ifdef TILE_MARKS
+#define TILE_LIGHTS_ACCESS writeonly
+#else
 #define TILE_LIGHTS_ACCESS readonly
 #endif
-layout(std430, binding = 1) TILE_LIGHTS_ACCESS buffer tile_lights_block {
+layout(std430, binding = 0) TILE_LIGHTS_ACCESS buffer tile_lights_block {
     uint tile_lights[]; /* a bit a local light, tile_light_words() words a tile */
 };
 
+uvec2 tile_counts() { return (kd_view.size.xy + (KD_TILE_EDGE - 1u)) / KD_TILE_EDGE; }
 uint tile_light_words() { return (light_count() - light_directional_count() + 31u) / 32u; }
 #endif
 
-#ifndef TILES_ACCESS /* tiles.comp marks them and walks nowhere */
+#ifndef TILE_MARKS
 struct light_walk {
     uint word, bits; /* not TILED: bits is the next light */
 };

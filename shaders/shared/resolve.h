@@ -21,15 +21,8 @@
 #define KD_CURVE_REINHARD 1u
 #define KD_CURVE_LINEAR   2u
 
-/* The picture in squares, shaders/include/tiles.glsl: edge in pixels, and how many of them a row of an indirect
- * dispatch takes. */
+/* Edge in pixels of the squares of the picture whose local lights are marked. */
 #define KD_TILE_EDGE 16u
-#define KD_TILE_ROW 32768u
-#define KD_TILE_SURFACES 0u /* tiles in which something was drawn */
-#define KD_TILE_EMPTY 1u
-#define KD_TILE_LISTS 2
-#define KD_TILE_HEAD 4u /* words of a list's head: groups along x, y, z, and the count */
-#define KD_TILE_NONE 0xFFFFFFFFu
 
 /* Uniform block KD_BIND_PASS of the passes that make the picture. */
 struct kd_resolve_params {

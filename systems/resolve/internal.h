@@ -15,15 +15,6 @@
 
 enum { RESOLVE_GROUP = 8, RESOLVE_LUMINANCE_GROUP = 16, RESOLVE_KINDS = KD_SURFACE_KINDS };
 
-/* What a dispatch covers: the whole picture, or one list of tiles. */
-typedef enum resolve_part {
-    RESOLVE_ALL,
-    RESOLVE_SURFACES,
-    RESOLVE_SURFACES_LIT, /* each tile by its own lights */
-    RESOLVE_EMPTY,
-    RESOLVE_PARTS
-} resolve_part;
-
 typedef struct resolve_variant {
     kd_gpu_program program;
     bool tried; /* a program that failed is not compiled again every frame */
@@ -31,10 +22,10 @@ typedef struct resolve_variant {
 
 typedef struct resolve_state {
     /* by view, kinds of light (bit 0 directional, bit 1 local) and of surfaces (bit 2: blended, bit 3: they
-     * tint, bit 4: layered) whether the picture is made at once, and the part of it */
-    resolve_variant resolve[KD_SHOW_COUNT][RESOLVE_KINDS][2][RESOLVE_PARTS];
-    resolve_variant tiles[2];              /* [1]: with their lights */
-    kd_gpu_buffer tile_lists, tile_lights; /* shaders/include/tiles.glsl, tile_lights.glsl */
+     * tint, bit 4: layered), whether the picture is made at once, and whether tiles have their own lights */
+    resolve_variant resolve[KD_SHOW_COUNT][RESOLVE_KINDS][2][2];
+    resolve_variant tiles;
+    kd_gpu_buffer tile_lights; /* shaders/include/tile_lights.glsl */
     kd_gpu_program tonemap, luminance, exposure;
     kd_gpu_texture black;
     kd_gpu_buffer exposure_buffer, partials;
@@ -48,13 +39,9 @@ uint32_t resolve_show(const kd_frame *frame);
 /** Tell whether this frame's exposure is measured. */
 bool resolve_measures(const kd_frame *frame);
 
-/** Tell how this frame's picture is covered: RESOLVE_ALL, RESOLVE_SURFACES or RESOLVE_SURFACES_LIT, the
- * latter two with RESOLVE_EMPTY. */
-resolve_part resolve_tiles_choose(const kd_frame *frame, const kd_lighting *lighting);
-/** List the tiles, everything of kd_surface_bind bound, and leave the lists bound. Returns false when there
- * is no memory for them. */
-bool resolve_tiles_run(kd_system_context *context, resolve_state *s, bool lights);
-void resolve_tiles_dispatch(kd_gpu *gpu, const resolve_state *s, kd_gpu_program program, uint32_t list);
+/** Mark the lights of each tile, where that pays, and leave the marks bound. Everything of kd_surface_bind is
+ * bound before. Returns whether there are marks. */
+bool resolve_tiles_run(kd_system_context *context, resolve_state *s);
 void resolve_tiles_fini(kd_gpu *gpu, resolve_state *s);
 
 kd_status resolve_tonemap_init(kd_system_context *context);

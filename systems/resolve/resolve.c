@@ -118,32 +118,29 @@ static void ensure_picture(kd_gpu *gpu, kd_picture *p, const kd_frame *frame, co
     p->shown_height = height;
 }
 
-static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, bool ldr, resolve_part part)
+static kd_gpu_program make_program(kd_gpu *gpu, uint32_t view, uint32_t kinds, bool ldr, bool tiled)
 {
-    static const char *const by_part[RESOLVE_PARTS][2] = {[RESOLVE_SURFACES] = {"LISTED"},
-                                                          [RESOLVE_SURFACES_LIT] = {"LISTED", "TILED"},
-                                                          [RESOLVE_EMPTY] = {"LISTED", "EMPTY"}};
     char show[16];
     snprintf(show, sizeof show, "SHOW %uu", view);
-    const char *defines[10] = {show};
+    const char *defines[9] = {show};
     int count = 1 + kd_surface_defines(kinds, defines + 1);
-    for (int i = 0; i < 2 && by_part[part][i] != NULL; i++)
-        defines[count++] = by_part[part][i];
     if (ldr)
-        defines[count] = "LDR";
+        defines[count++] = "LDR";
+    if (tiled)
+        defines[count] = "TILED";
     return kd_gpu_make_program(
         gpu, &(kd_gpu_program_desc){.compute = "shaders/resolve/resolve.comp", .defines = defines});
 }
 
-static kd_gpu_program find_program(kd_system_context *context, resolve_state *s, resolve_part part)
+static kd_gpu_program find_program(kd_system_context *context, resolve_state *s, bool tiled)
 {
     uint32_t view = kd_singleton(context->world, kd_frame)->view;
     uint32_t kinds =
         kd_surface_kinds(kd_singleton(context->world, kd_gbuffer), kd_singleton(context->world, kd_lighting));
     bool ldr = !tonemap_is_late(context);
-    resolve_variant *variant = &s->resolve[view][kinds][ldr][part];
+    resolve_variant *variant = &s->resolve[view][kinds][ldr][tiled];
     if (!variant->tried)
-        variant->program = make_program(context->gpu, view, kinds, ldr, part);
+        variant->program = make_program(context->gpu, view, kinds, ldr, tiled);
     variant->tried = true;
     return variant->program;
 }
@@ -171,21 +168,6 @@ static void resolve_fini(kd_system_context *context)
     free(s);
 }
 
-static void shade_picture(kd_system_context *context, resolve_state *s, const kd_picture *picture)
-{
-    kd_gpu *gpu = context->gpu;
-    resolve_part part = resolve_tiles_choose(kd_singleton(context->world, kd_frame),
-                                             kd_singleton(context->world, kd_lighting));
-    if (part != RESOLVE_ALL && resolve_tiles_run(context, s, part == RESOLVE_SURFACES_LIT)) {
-        resolve_tiles_dispatch(gpu, s, find_program(context, s, part), KD_TILE_SURFACES);
-        resolve_tiles_dispatch(gpu, s, find_program(context, s, RESOLVE_EMPTY), KD_TILE_EMPTY);
-    } else {
-        kd_gpu_dispatch(gpu, find_program(context, s, RESOLVE_ALL),
-                        resolve_groups(picture->width, RESOLVE_GROUP),
-                        resolve_groups(picture->height, RESOLVE_GROUP), 1);
-    }
-}
-
 static void resolve_run(kd_system_context *context)
 {
     kd_gpu *gpu = context->gpu;
@@ -199,10 +181,12 @@ static void resolve_run(kd_system_context *context)
     kd_surface_bind(gpu, kd_singleton(context->world, kd_gbuffer), kd_singleton(context->world, kd_lighting),
                     kd_singleton(context->world, kd_sky_light));
     kd_surface_bind_gathered(gpu, kd_singleton(context->world, kd_gi_targets), has_gi(context), s->black);
+    bool tiled = resolve_tiles_run(context, s);
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, &params, sizeof params);
     kd_gpu_bind_image(gpu, 0, picture->hdr, 0, KD_IMAGE_WRITE, KD_RGBA16F);
     kd_gpu_bind_image(gpu, 1, picture->ldr, 0, KD_IMAGE_WRITE, KD_RGBA8);
-    shade_picture(context, s, picture);
+    kd_gpu_dispatch(gpu, find_program(context, s, tiled), resolve_groups(picture->width, RESOLVE_GROUP),
+                    resolve_groups(picture->height, RESOLVE_GROUP), 1);
 }
 
 /* Texels read and written once each. */
