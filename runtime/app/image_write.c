@@ -85,7 +85,8 @@ static kd_status write_png(const char *path, const png_source *p)
     if (status != KD_OK)
         return status;
     int error = encode(file.stream, NULL, NULL, p);
-    if (error && error != SPNG_IO_ERROR) {
+    /* After a failed write the encoder may name its own state, not the cause: the stream knows better. */
+    if (error && error != SPNG_IO_ERROR && !ferror(file.stream)) {
         kd_file_out_cancel(&file);
         return kd_fail(error == SPNG_EMEM ? KD_NO_MEMORY : KD_IO,
                        "%s: the picture could not be encoded (%s); choose another size", path,

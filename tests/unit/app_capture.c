@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -109,6 +110,36 @@ static void a_failed_picture_leaves_nothing(void **state)
     assert_int_not_equal(app_exr_write(in_folder("missing/a.exr"), 1, 1, half), KD_OK);
     assert_int_equal(message_count, 2);
     assert_int_equal(access(in_folder("missing"), F_OK), -1);
+}
+
+/* A limit on the size of files stands for a disk that fills up: at once, mid-picture, at the last bytes. */
+static void a_picture_without_space_says_so(void **state)
+{
+    (void)state;
+    struct rlimit before, small;
+    struct stat whole;
+    uint8_t *texels = make_texels(320, 180);
+    assert_int_equal(app_png_write(in_folder("full.png"), 320, 180, texels), KD_OK);
+    assert_int_equal(stat(in_folder("full.png"), &whole), 0);
+    unlink(in_folder("full.png"));
+    const rlim_t limits[] = {0, 1000, 5000, (rlim_t)whole.st_size / 2, (rlim_t)whole.st_size - 1};
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
+        small = (struct rlimit){.rlim_cur = limits[i], .rlim_max = before.rlim_max};
+        message_count = 0;
+        assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+        kd_status status = app_png_write(in_folder("full.png"), 320, 180, texels);
+        setrlimit(RLIMIT_FSIZE, &before);
+        assert_int_equal(status, KD_DISK_FULL);
+        assert_int_equal(message_count, 1);
+        assert_non_null(strstr(last_message, "full.png: no space left"));
+        assert_int_equal(access(in_folder("full.png"), F_OK), -1);
+    }
+    assert_int_equal(app_png_write("/dev/full", 320, 180, texels), KD_DISK_FULL);
+    assert_int_equal(app_png_write("/dev/full", 1, 1, texels), KD_DISK_FULL); /* noticed at the flush */
+    assert_int_equal(app_png_write_deep("/dev/full", 160, 180, (const uint16_t *)(const void *)texels),
+                     KD_DISK_FULL);
+    free(texels);
 }
 
 static void exr_is_half_floats_in_three_channels(void **state)
@@ -220,6 +251,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(png_holds_the_pixels),
         cmocka_unit_test(a_failed_picture_leaves_nothing),
+        cmocka_unit_test(a_picture_without_space_says_so),
         cmocka_unit_test(exr_is_half_floats_in_three_channels),
         cmocka_unit_test(films_have_every_frame),
         cmocka_unit_test(a_film_without_frames_leaves_nothing),
@@ -227,5 +259,6 @@ int main(void)
         cmocka_unit_test(outputs_are_checked_before_the_work),
     };
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
