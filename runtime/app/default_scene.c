@@ -136,7 +136,9 @@ kd_status app_scene_load_model(app_scene *scene, const app_options *options)
     uint32_t number;
     kd_entity root;
     app_survey survey;
-    kd_status status = app_scene_model(scene, path, options->model_scene, options->variant, &number);
+    kd_status status = app_scene_model(
+        scene, path, &(kd_model_options){.scene = options->model_scene, .variant = options->variant},
+        &number);
     if (status != KD_OK)
         return status;
     const kd_model *model = kd_singleton(scene->world, kd_scene_store)->models[number].model;

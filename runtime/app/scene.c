@@ -60,17 +60,16 @@ static kd_status load_model(app_scene *scene, const char *path, const kd_model_o
     return status;
 }
 
-kd_status app_scene_model(app_scene *scene, const char *path, const char *model_scene, const char *variant,
-                          uint32_t *out)
+kd_status app_scene_model(app_scene *scene, const char *path, const kd_model_options *wanted, uint32_t *out)
 {
-    const kd_model_options options = {
-        .subdiv_level = (uint32_t)scene->settings.subdiv_level, .scene = model_scene, .variant = variant};
-    size_t size =
-        strlen(path) + (model_scene ? strlen(model_scene) : 0) + (variant ? strlen(variant) : 0) + 3;
+    kd_model_options options = *wanted;
+    options.subdiv_level = (uint32_t)scene->settings.subdiv_level;
+    const char *part = options.scene ? options.scene : "", *variant = options.variant ? options.variant : "";
+    size_t size = strlen(path) + strlen(part) + strlen(variant) + 3;
     char *key = malloc(size);
     if (!key)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    snprintf(key, size, "%s\n%s\n%s", path, model_scene ? model_scene : "", variant ? variant : "");
+    snprintf(key, size, "%s\n%s\n%s", path, part, variant);
     const app_loaded *known = app_scene_find_loaded(scene, key);
     kd_status status = known ? KD_OK : load_model(scene, path, &options, out);
     if (known)

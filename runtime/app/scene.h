@@ -55,8 +55,7 @@ kd_status app_scene_load_model(app_scene *scene, const app_options *options);
 kd_status app_scene_load_script(app_scene *scene, const app_options *options);
 
 /** Register a model file with the store, once a path, scene and variant (by name, NULL: as the file says). */
-kd_status app_scene_model(app_scene *scene, const char *path, const char *model_scene, const char *variant,
-                          uint32_t *out);
+kd_status app_scene_model(app_scene *scene, const char *path, const kd_model_options *options, uint32_t *out);
 
 /** Remember what was registered under a key. */
 const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key);

@@ -154,9 +154,12 @@ static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_
 {
     uint32_t model;
     const char *name = spawn->name ? spawn->name : "";
-    kd_status status = spawn->model
-                           ? app_scene_model(scene, spawn->model, spawn->model_scene, spawn->variant, &model)
-                           : ensure_shape(scene, spawn, &model);
+    const kd_model_options options = {.scene = spawn->model_scene,
+                                      .variant = spawn->variant,
+                                      .roots = spawn->roots,
+                                      .root_count = spawn->root_count};
+    kd_status status = spawn->model ? app_scene_model(scene, spawn->model, &options, &model)
+                                    : ensure_shape(scene, spawn, &model);
     if (status == KD_OK)
         status = kd_scene_instantiate(scene->world, model, spawn->parent, name, out);
     if (status == KD_OK && !spawn->model)

@@ -119,6 +119,14 @@ static kd_status note_file(gltf_loader *l, const char *path)
     return KD_OK;
 }
 
+static bool lies_in_roots(const kd_model_options *options, const char *path)
+{
+    for (uint32_t i = 0; i < options->root_count; i++)
+        if (kd_path_is_below(options->roots[i], path))
+            return true;
+    return options->root_count == 0;
+}
+
 static kd_status load_file(gltf_loader *l, const char *uri, const char *where, const uint8_t **bytes,
                            size_t *size)
 {
@@ -126,9 +134,13 @@ static kd_status load_file(gltf_loader *l, const char *uri, const char *where, c
     if (!is_relative(uri))
         return gltf_fail(l, KD_UNSUPPORTED, "'%.*s' is not a file beside the model (%s); use a relative path",
                          URI_SHOWN, uri, where);
-    if (!decode_name(uri, name, sizeof name) || kd_path_folder(folder, sizeof folder, l->path) ||
-        kd_path_join(path, sizeof path, folder, name))
+    if (!decode_name(uri, name, sizeof name) || name[0] == '/' ||
+        kd_path_folder(folder, sizeof folder, l->path) || kd_path_join(path, sizeof path, folder, name))
         return gltf_fail(l, KD_BAD_FORMAT, "'%.*s' is no usable file name (%s)", URI_SHOWN, uri, where);
+    if (!lies_in_roots(&l->options, path))
+        return gltf_fail(l, KD_UNSUPPORTED,
+                         "'%.*s' lies outside the scenario's folder (%s); give its folder with --asset-root",
+                         URI_SHOWN, name, where);
     if (!kd_file_exists(path))
         return gltf_fail(l, KD_NOT_FOUND,
                          "the file '%.*s' is missing or cannot be read (%s); put it beside the model",

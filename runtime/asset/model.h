@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "runtime/core/file.h"
 #include "runtime/core/math.h"
 #include "runtime/core/status.h"
 
@@ -188,10 +189,10 @@ typedef struct kd_model {
     const char *const *warnings;        /* optional extensions not supported, dropped points and lines, … */
     const char *const *extensions_used; /* NULL-terminated */
     uint32_t file_count;
-    const char *const *files;           /* paths of what was read beside the model's own file */
-    const char *const *scenes;          /* names, NULL-terminated; "scene 0" where there is none */
-    const char *const *variants;        /* of materials (KHR_materials_variants), NULL-terminated */
-    uint32_t scene;                     /* the one that was loaded; KD_NONE: the file names no scenes */
+    const char *const *files;    /* paths of what was read beside the model's own file */
+    const char *const *scenes;   /* names, NULL-terminated; "scene 0" where there is none */
+    const char *const *variants; /* of materials (KHR_materials_variants), NULL-terminated */
+    uint32_t scene;              /* the one that was loaded; KD_NONE: the file names no scenes */
     const char *generator;
     uint64_t triangle_count;        /* over node instances */
     kd_vec3 bounds_min, bounds_max; /* rest pose, model space */
@@ -206,6 +207,8 @@ kd_status kd_model_load(const char *path, kd_model **out);
 typedef struct kd_model_options {
     uint32_t subdiv_level;       /* of all cages; 0: each file's own, else KD_SUBDIV_LEVEL */
     const char *scene, *variant; /* by name; NULL: the file's default scene, the materials as they stand */
+    const char (*roots)[KD_PATH_MAX]; /* [root_count] folders in which its files must lie, links resolved */
+    uint32_t root_count;              /* 0: anywhere */
 } kd_model_options;
 #define KD_SUBDIV_LEVEL     3u
 #define KD_SUBDIV_LEVEL_MAX 6u

@@ -117,7 +117,8 @@ kd_status kd_set_parent(kd_world *w, kd_entity child, kd_entity parent)
         parent = ecs_entities(parent_table)[parent_row];
     if (orphan && !t->depth)
         return KD_OK;
-    if (!orphan && is_below(w, parent.index, child.index))
+    bool has_children = ecs_first_child(w, child.index) != ECS_NONE; /* what has none is above nobody */
+    if (!orphan && (has_children || parent.index == child.index) && is_below(w, parent.index, child.index))
         return KD_OUT_OF_RANGE;
     uint32_t highest = orphan || child.index > parent.index ? child.index : parent.index;
     if (!ecs_hierarchy_reserve(w, highest))

@@ -13,6 +13,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "runtime/core/file.h"
 #include "runtime/core/math.h"
 #include "runtime/core/status.h"
 #include "runtime/ecs/world.h"
@@ -62,6 +63,8 @@ typedef struct kd_script_spawn {
     const char *model;                 /* a path that may be read, or NULL */
     const char *model_scene, *variant; /* of the model, by name; NULL: as the file says */
     const char *sky_image;             /* a path that may be read, or NULL */
+    const char (*roots)[KD_PATH_MAX];  /* [root_count] folders in which the model's own files must lie */
+    uint32_t root_count;
     kd_script_mesh mesh;
     kd_script_material material;
     kd_entity parent; /* KD_NO_ENTITY: a root */

@@ -182,6 +182,36 @@ static void a_pointer_to_a_file_elsewhere_is_named(void **state)
              KD_BAD_FORMAT, "pointer of Git LFS; fetch its content with `git lfs pull`");
 }
 
+/* A scenario's models read nothing outside of its folders, by whatever way they name it. */
+static void files_outside_the_roots_are_refused(void **state)
+{
+    static const char *const names[] = {"../../etc/passwd", "%2e%2e/%2e%2e/etc/passwd", "%2Fetc/passwd",
+                                        "data.bin"};
+    char roots[1][KD_PATH_MAX], json[1024];
+    (void)state;
+    assert_int_equal(kd_path_folder(roots[0], KD_PATH_MAX, in_folder("case.gltf")), KD_OK);
+    for (size_t i = 0; i < 4; i++) {
+        kd_model *model = NULL;
+        snprintf(
+            json, sizeof json,
+            "{'asset':{'version':'2.0'},'nodes':[{'mesh':0}],'meshes':[{'primitives':[{'attributes':{"
+            "'POSITION':0}}]}],'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],"
+            "'bufferViews':[{'buffer':0,'byteLength':36}],'buffers':[{'uri':'%s','byteLength':36}]}",
+            names[i]);
+        (void)load_case(json, NULL, 0, &model); /* writes the file; what comes of it without roots is known */
+        kd_model_destroy(model);
+        unlink(in_folder("data.bin"));
+        assert_int_equal(symlink("/etc/passwd", in_folder("data.bin")), 0);
+        watch_messages();
+        kd_model_options options = {.roots = (const char(*)[KD_PATH_MAX])roots, .root_count = 1};
+        assert_int_not_equal(kd_model_load_with(in_folder("case.gltf"), &options, &model), KD_OK);
+        assert_int_equal(seen_messages.errors, 1);
+        assert_non_null(strstr(seen_messages.last_error,
+                               i == 2 ? "no usable file name" : "outside the scenario's folder"));
+        unlink(in_folder("data.bin"));
+    }
+}
+
 int main(void)
 {
     if (access(ASSETS "sponza/sponza.glb", R_OK) != 0) {
@@ -189,6 +219,7 @@ int main(void)
         return 77;
     }
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(files_outside_the_roots_are_refused),
         cmocka_unit_test(a_pointer_to_a_file_elsewhere_is_named),
         cmocka_unit_test(every_model_loads_with_its_known_counts),
         cmocka_unit_test(truck_counts_a_wheel_axle_twice),

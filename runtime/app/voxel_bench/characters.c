@@ -77,7 +77,7 @@ static kd_status open_crowd(crowd *c, const voxel_bench *b, const char *model)
     c->spacing_m = CROWD_SHARE * outermost / SIDE;
     c->scale = c->spacing_m / fmaxf(fmaxf(size.x, size.z), 0.5f * size.y);
     if (status == KD_OK)
-        status = app_scene_model(&c->r.scene, model, NULL, NULL, &c->model);
+        status = app_scene_model(&c->r.scene, model, &(kd_model_options){0}, &c->model);
     if (status == KD_OK)
         status = rig_hide_all(&c->r);
     kd_vec3 eye = {0, 0.5f * c->scale * size.y, 0};
