@@ -159,13 +159,13 @@ void script_write(lua_State *L, kd_entity e, kd_component_id id, const script_ac
     if (access->kind == SCRIPT_PLAIN && kd_find_id(w, e, id)) {
         /* The field alone is read aside there, and nothing raises once the chunk is marked. */
         char *value = kd_find_mut_id(w, e, id);
-        script_read_field(L, index, access, value);
+        script_read_field(L, index, e, access, value);
         return;
     }
     if (desc->size > sizeof copy)
         luaL_error(L, "%s is too large to be set by a scenario", desc->name);
     memcpy(copy, kd_find_id(w, e, id), desc->size);
-    script_read_field(L, index, access, copy);
+    script_read_field(L, index, e, access, copy);
     memcpy(kd_find_mut_id(w, e, id), copy, desc->size);
 }
 
@@ -243,7 +243,7 @@ void script_set_component(lua_State *L, kd_entity e, kd_component_id id, int ind
         memcpy(value, start, desc->size);
     else
         memset(value, 0, desc->size);
-    script_read_component(L, index, desc, value);
+    script_read_component(L, index, e, desc, value);
     void *there = desc->on_remove ? kd_find_mut_id(w, e, id) : NULL;
     if (there) /* it keeps what it owns */
         memcpy(there, value, desc->size);

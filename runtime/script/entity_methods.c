@@ -66,21 +66,13 @@ static int entity_enable(lua_State *L)
     return 1;
 }
 
-/* e:look_at(point) or e:look_at(entity): both are taken to stand below the same parent. */
+/* e:look_at(point) or e:look_at(entity): a point is below the same parent as e, an entity anywhere. */
 static int entity_look_at(lua_State *L)
 {
     kd_entity e = script_check_entity(L, 1);
     kd_component_id id;
     const script_access *access;
     lua_settop(L, 2);
-    if (script_is_entity(L, 2)) {
-        kd_entity target = script_check_entity(L, 2);
-        lua_pushliteral(L, "transform.position");
-        script_path_at(L, target, 3, &id, &access);
-        script_push_field(L, access, kd_find_id(script_of(L)->world, target, id));
-        lua_replace(L, 2);
-        lua_settop(L, 2);
-    }
     lua_pushliteral(L, "transform.look_at");
     script_path_at(L, e, 3, &id, &access);
     script_write(L, e, id, access, 2);
@@ -223,7 +215,7 @@ const script_function script_entity_methods[] = {
     {"enable", entity_enable, "e:enable(\"component\", on)",
      "show a component to systems or hide it, where it allows that"},
     {"look_at", entity_look_at, "e:look_at(point or entity)",
-     "turn it so that its -z points there; both below the same parent"},
+     "turn it so that its -z points there; a point is relative to e's parent, an entity may hang anywhere"},
     {"play", entity_play, "e:play(\"clip\", { loop, speed, blend, layer, weight, from })",
      "play a clip of its model from the start; with layer = 1 to 3 lay it over the pose, below node `from` "
      "alone"},

@@ -265,20 +265,37 @@ static void read_array(lua_State *L, int index, const script_access *access, cha
     }
 }
 
+/* Read the point that the entity is to look at, below the same parent as it. Returns false when there is
+ * none.
+ */
+static bool read_target(lua_State *L, int index, kd_entity e, kd_vec3 *out)
+{
+    kd_world *w = script_of(L)->world;
+    kd_entity target = script_check_entity(L, index);
+    lua_pushliteral(L, "transform");
+    script_check_component(L, target, lua_gettop(L));
+    lua_pop(L, 1);
+    return script_place_below(w, target, kd_get_parent(w, e), out);
+}
+
 /* What a transform understands beside its fields. */
-static void read_pose(lua_State *L, int index, const script_access *access, const char *component, char *at)
+static void read_pose(lua_State *L, int index, kd_entity e, const script_access *access,
+                      const char *component, char *at)
 {
     kd_vec3 v = {0}, position;
+    bool looks = access->kind == SCRIPT_LOOK_AT;
     script_access unbounded = *access;
     unbounded.field.min = unbounded.field.max = 0;
-    read_floats(L, index, &unbounded, &v.x, 3);
+    if (!looks || !script_is_entity(L, index))
+        read_floats(L, index, &unbounded, &v.x, 3);
+    else if (!read_target(L, index, e, &v))
+        return; /* no direction leads there: it stays turned as it is */
     memcpy(&position, component + access->position_offset, sizeof position);
-    bool looks = access->kind == SCRIPT_LOOK_AT;
     kd_quat q = looks ? script_look_at(position, v) : script_rotation_from_deg(v);
     memcpy(at, &q, sizeof q);
 }
 
-void script_read_field(lua_State *L, int index, const script_access *access, void *component)
+void script_read_field(lua_State *L, int index, kd_entity e, const script_access *access, void *component)
 {
     const kd_field *field = &access->field;
     char value[MAX_FIELD_BYTES]; /* read aside, so that a value that is refused leaves nothing half written */
@@ -295,7 +312,7 @@ void script_read_field(lua_State *L, int index, const script_access *access, voi
         float radians = (float)(read_number(L, index, access) * RAD_PER_DEG);
         memcpy(value, &radians, sizeof radians);
     } else if (access->kind != SCRIPT_PLAIN) {
-        read_pose(L, index, access, component, value);
+        read_pose(L, index, e, access, component, value);
     } else if (element_count(field) > 1) {
         read_array(L, index, access, value);
     } else {
@@ -306,7 +323,8 @@ void script_read_field(lua_State *L, int index, const script_access *access, voi
 
 /* Set what the table at `index` names, but for look_at, or that alone. Tells whether something was left out.
  */
-static bool read_entries(lua_State *L, int index, const kd_component_desc *desc, void *value, bool looks)
+static bool read_entries(lua_State *L, int index, kd_entity e, const kd_component_desc *desc, void *value,
+                         bool looks)
 {
     bool left_out = false;
     for (lua_pushnil(L); lua_next(L, index); lua_pop(L, 1)) {
@@ -314,7 +332,7 @@ static bool read_entries(lua_State *L, int index, const kd_component_desc *desc,
             luaL_error(L, "%s: entries without a name are not allowed here; write key = value", desc->name);
         const script_access *access = script_access_at(L, desc, lua_gettop(L) - 1);
         if ((access->kind == SCRIPT_LOOK_AT) == looks)
-            script_read_field(L, -1, access, value);
+            script_read_field(L, -1, e, access, value);
         else
             left_out = true;
     }
@@ -322,12 +340,12 @@ static bool read_entries(lua_State *L, int index, const kd_component_desc *desc,
 }
 
 /* look_at needs the position, whatever order the table has: it is read in a second turn. */
-void script_read_component(lua_State *L, int index, const kd_component_desc *desc, void *value)
+void script_read_component(lua_State *L, int index, kd_entity e, const kd_component_desc *desc, void *value)
 {
     index = lua_absindex(L, index);
     if (!lua_istable(L, index))
         luaL_error(L, "%s must be a table of its fields, not a %s; write %s = { … }", desc->name,
                    luaL_typename(L, index), desc->name);
-    if (read_entries(L, index, desc, value, false))
-        read_entries(L, index, desc, value, true);
+    if (read_entries(L, index, e, desc, value, false))
+        read_entries(L, index, e, desc, value, true);
 }

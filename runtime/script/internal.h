@@ -42,8 +42,8 @@ typedef struct script_param {
     bool asked; /* the scenario knows it */
 } script_param;
 
-/* What a name means to an owner, found before. Lua keeps one copy of a short string, and tables keep those that are
- * noted here alive: so the address stands for the name. */
+/* What a name means to an owner, found before. Lua keeps one copy of a short string, and tables keep those
+ * that are noted here alive: so the address stands for the name. */
 typedef struct script_known {
     const void *owner;
     const char *name;
@@ -62,7 +62,7 @@ struct kd_script {
     script_budget budget;
     uint64_t instruction_limit;
     uint64_t time_limit_ns;
-    int callbacks[KD_SCRIPT_CALLBACK_COUNT]; /* registry references, LUA_NOREF */
+    int callbacks[KD_SCRIPT_CALLBACK_COUNT];   /* registry references, LUA_NOREF */
     kd_script_input inputs[SCRIPT_MAX_INPUTS]; /* a ring */
     uint32_t input_first, input_count;
     const char *held[SCRIPT_MAX_HELD]; /* names of keys and buttons that are down, NULL: free */
@@ -153,7 +153,7 @@ typedef enum script_access_kind {
     SCRIPT_PLAIN,
     SCRIPT_DEGREES,      /* an angle kept in radians, written NAME_deg */
     SCRIPT_ROTATION_DEG, /* a transform's rotation as three angles */
-    SCRIPT_LOOK_AT,      /* a transform's rotation by the point it looks at */
+    SCRIPT_LOOK_AT,      /* a transform's rotation by the point or entity it looks at */
 } script_access_kind;
 
 typedef struct script_access {
@@ -177,16 +177,21 @@ const char *script_access_name(lua_State *L, const script_access *access); /* pu
 
 /* ---- field.c: values of fields ---- */
 void script_push_field(lua_State *L, const script_access *access, const void *component);
-/** Set the field of the component's value from the stack; unchanged when that raises. */
-void script_read_field(lua_State *L, int index, const script_access *access, void *component);
+/** Set the field of the value of a component of the entity from the stack; unchanged when that raises. */
+void script_read_field(lua_State *L, int index, kd_entity e, const script_access *access, void *component);
 /** Set every field that the table at `index` names. */
-void script_read_component(lua_State *L, int index, const kd_component_desc *desc, void *value);
+void script_read_component(lua_State *L, int index, kd_entity e, const kd_component_desc *desc, void *value);
 
 /* ---- pose.c: rotations that scenarios write ---- */
 kd_quat script_rotation_from_deg(kd_vec3 deg); /* about x, then y, then z, fixed axes */
 kd_vec3 script_rotation_to_deg(kd_quat q);
 kd_quat script_look_at(kd_vec3 from,
                        kd_vec3 to); /* -Z towards the target, +Y up; equal points: no rotation */
+
+/* ---- place.c ---- */
+/** Find where the target stands, m, in the space of what hangs below `parent` (KD_NO_ENTITY: the world).
+ * Returns false when there is no such place: something above is scaled to nothing. */
+bool script_place_below(const kd_world *w, kd_entity target, kd_entity parent, kd_vec3 *out);
 
 /* ---- entity.c, entity_methods.c: handles ---- */
 void script_entity_open(lua_State *L);

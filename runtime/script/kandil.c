@@ -137,8 +137,8 @@ const script_function script_functions[] = {
     {"query", script_query, "for e, light in kandil.query(\"light\", \"!camera\", \"?animation\") do",
      "walk the entities that have these components, lack those with `!`, and give nil for those with `?` "
      "that are missing"},
-    {"get", script_get_singleton, "kandil.get(\"frame.index\")",
-     "read a field of a component that the world has one of"},
+    {"get", script_get_singleton, "kandil.get(\"frame.dt_s\")",
+     "read, in a step, a field of a component that the world has one of"},
     {"set", kandil_set, "kandil.set(\"view.exposure_ev\", 1)", "change a setting from the next step on"},
     {"param", script_param_get, "kandil.param(\"name\", default)",
      "what `--set param.name=value` says, of the default's kind, else the default"},

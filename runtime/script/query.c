@@ -129,13 +129,13 @@ int script_find(lua_State *L)
     return 1;
 }
 
-/* kandil.get("frame.time_s"): a field of what there is one of in the world. */
+/* kandil.get("frame.dt_s"): a field of what there is one of in the world. */
 int script_get_singleton(lua_State *L)
 {
     kd_world *w = script_of(L)->world;
     const char *path = luaL_checkstring(L, 1), *dot = strchr(path, '.');
     if (!dot || dot == path || !dot[1])
-        return luaL_error(L, "'%s' names no field; write component.field, such as frame.time_s", path);
+        return luaL_error(L, "'%s' names no field; write component.field, such as frame.dt_s", path);
     lua_pushlstring(L, path, (size_t)(dot - path));
     kd_component_id id = kd_component_find(w, lua_tostring(L, -1));
     if (!id)

@@ -91,7 +91,7 @@ static void write_component(FILE *out, const kd_component_desc *desc,
     if (strcmp(desc->name, "transform") == 0)
         fprintf(out,
                 "| `rotation_deg` | vec3 | deg | | | yes | the rotation as angles about x, then y, then z |\n"
-                "| `look_at` | vec3 | m | | | yes | turns -z towards a point; cannot be read |\n");
+                "| `look_at` | vec3 | m | | | yes | turns -z towards a point or an entity; cannot be read |\n");
     fprintf(out, "\n");
 }
 

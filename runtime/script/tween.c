@@ -97,7 +97,7 @@ static void read_field(lua_State *L, script_tween *tween)
     char *value = lua_newuserdatauv(L, desc->size, 0);
     memcpy(value, kd_find_id(w, tween->entity, tween->component), desc->size);
     read_numbers(tween, value, tween->from);
-    script_read_field(L, 3, tween->access, value);
+    script_read_field(L, 3, tween->entity, tween->access, value);
     if (degrees)
         script_read_floats(L, 3, "transform.rotation_deg", tween->to, 3);
     else
@@ -202,15 +202,12 @@ static void step_field(kd_world *w, const script_tween *tween, double share)
 static bool look_target(kd_world *w, const script_tween *tween, kd_vec3 position, kd_vec3 direction,
                         kd_vec3 *out)
 {
-    const char *other = NULL;
     switch (tween->look) {
     case LOOK_ALONG: *out = kd_vec3_add(position, direction); return true;
     case LOOK_AT_POINT: *out = tween->look_point; return true;
     case LOOK_AT_ENTITY:
-        other = kd_find_id(w, tween->look_entity, tween->component);
-        if (other)
-            memcpy(out, other + tween->access->field.offset, sizeof *out);
-        return other != NULL;
+        return kd_find_id(w, tween->look_entity, tween->component) &&
+               script_place_below(w, tween->look_entity, kd_get_parent(w, tween->entity), out);
     default: return false;
     }
 }

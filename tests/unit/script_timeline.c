@@ -286,6 +286,17 @@ static void cameras_follow_paths(void **state)
         "  near(c.transform.position[1], 0) near(c.transform.rotation_deg[2], -90) kandil.update = nil end "
         "end)",
         20, 30);
+    /* the camera's parent is turned, and the target hangs below another */
+    run_steps(
+        "local function near(a, b) if math.abs(a - b) > 1e-3 then error(a .. ' is not ' .. b, 2) end end\n"
+        "local rail = kandil.spawn{transform = {position = {1, 0, 0}, rotation_deg = {0, 90, 0}}}\n"
+        "local base = kandil.spawn{transform = {position = {0, 0, -4}}}\n"
+        "local goal = kandil.spawn{parent = base, transform = {position = {1, 0, 0}}}\n"
+        "local camera = kandil.spawn{parent = rail}\n"
+        "kandil.follow(camera, kandil.path{{0, 0, 0}, {4, 0, 0}}, 1, {look_at = goal})\n"
+        "kandil.at(0.5, function() kandil.update = function()\n" /* it is at 1, 0, -2, the goal at 1, 0, -4 */
+        "  near(camera.transform.rotation_deg[2], -90) kandil.update = nil end end)",
+        20, 30);
     expect_failure("kandil.follow(kandil.spawn{}, 5, 1)", 0, "path");
     expect_failure("kandil.follow(kandil.spawn{}, kandil.path{{0,0,0},{1,0,0}}, 1, {look = 1})", 0,
                    "unknown key 'look'");

@@ -99,6 +99,41 @@ static void whole_components_come_and_go(void **state)
     expect("local e = kandil.spawn{} print(e.transform.look_at)", KD_SCRIPT, "can be set only");
 }
 
+/* A looker and a target below parents that move, turn and scale: -z, carried to the world, leads to it. */
+static void looking_crosses_the_hierarchy(void **state)
+{
+    (void)state;
+    const char *text =
+        "local function near(e, x, z) local q = e.transform.rotation\n" /* where -z points, below its parent
+                                                                         */
+        "  local fx, fz = -2 * (q[1] * q[3] + q[4] * q[2]), 2 * (q[1] * q[1] + q[2] * q[2]) - 1\n"
+        "  local length = math.sqrt(x * x + z * z)\n"
+        "  if math.abs(fx - x / length) + math.abs(fz - z / length) > 1e-4 then\n"
+        "    error(fx .. ' ' .. fz, 2) end end\n"
+        "local cart = kandil.spawn{transform = {position = {0, 0, 10}, rotation_deg = {0, 90, 0}, scale = "
+        "{2, "
+        "2, 2}}}\n"
+        "local arm = kandil.spawn{parent = cart, transform = {position = {0, 0, 5}}}\n"   /* at 10, 0, 10 */
+        "local tip = kandil.spawn{parent = arm, transform = {position = {-5, 0, -10}}}\n" /* at -10, 0, 20 */
+        "local free = kandil.spawn{} free:look_at(arm) near(free, 1, 1)\n"
+        "free:look_at(tip) near(free, -1, 2)\n"
+        "local post = kandil.spawn{transform = {position = {10, 0, 0}}}\n"
+        /* seen from arm, post is 10 along the world's -z, which is the cart's +x */
+        "arm:look_at(post) near(arm, 1, 0)\n"
+        "arm.transform.rotation_deg = {0, 0, 0} tip:look_at(cart) near(tip, 1, 1)\n"
+        "arm:look_at(cart) near(arm, 0, -1)\n"
+        "local eye = kandil.spawn{parent = cart, transform = {look_at = arm}} near(eye, 0, 1)\n"
+        "eye = kandil.spawn{transform = {look_at = arm, position = {10, 0, 0}}} near(eye, 0, 1)\n"
+        "eye.transform.look_at = cart near(eye, -1, 1)\n"
+        "eye = eye:clone{parent = cart, transform = {position = {0, 0, 0}, look_at = post}} near(eye, 1, "
+        "1)\n"
+        "kandil.tween(eye, 'transform.look_at', arm, 0)\n"
+        /* nothing is seen from what is scaled to nothing: it stays as it is */
+        "cart.transform.scale = {0, 0, 0} eye:look_at(post) near(eye, 1, 1)";
+    expect(text, KD_OK, NULL);
+    expect("local e, f = kandil.spawn{}, kandil.spawn{} f:destroy() e:look_at(f)", KD_SCRIPT, "destroyed");
+}
+
 static void singletons_are_read(void **state)
 {
     (void)state;
@@ -110,6 +145,7 @@ static void singletons_are_read(void **state)
     kd_script_destroy(script);
     kd_world_destroy(w);
     expect("kandil.get('light.intensity')", KD_SCRIPT, "keeps no light");
+    expect("kandil.get('intensity')", KD_SCRIPT, "such as frame.dt_s");
     expect("kandil.get('lihgt.intensity')", KD_SCRIPT, "did you mean 'light'?");
 }
 
@@ -151,10 +187,10 @@ static void order_of_keys_is_that_of_making(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(queries_walk_what_matches),       cmocka_unit_test(handles_are_keys_of_tables),
-        cmocka_unit_test(entities_hang_below_others),      cmocka_unit_test(a_copy_is_its_own),
-        cmocka_unit_test(whole_components_come_and_go),    cmocka_unit_test(singletons_are_read),
-        cmocka_unit_test(order_of_keys_is_that_of_making),
+        cmocka_unit_test(queries_walk_what_matches),    cmocka_unit_test(handles_are_keys_of_tables),
+        cmocka_unit_test(entities_hang_below_others),   cmocka_unit_test(a_copy_is_its_own),
+        cmocka_unit_test(whole_components_come_and_go), cmocka_unit_test(looking_crosses_the_hierarchy),
+        cmocka_unit_test(singletons_are_read),          cmocka_unit_test(order_of_keys_is_that_of_making),
     };
     return cmocka_run_group_tests(tests, fixture_open, fixture_close);
 }
