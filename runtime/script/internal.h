@@ -121,6 +121,9 @@ void script_order_open(lua_State *L);
 /* ---- text.c: values as text, the same in every run ---- */
 void script_text_open(lua_State *L);                   /* tostring, string.format */
 const char *script_push_text(lua_State *L, int index); /* as luaL_tolstring */
+/** Push the text at `index` as a terminal may show it: control characters are written out, and every line but
+ * the first is indented, so that none passes for a message of the program. */
+const char *script_push_shown(lua_State *L, int index);
 
 /* ---- path.c ---- */
 /** Find the file that a scenario names; raises unless it lies in a root. Returns `out`. */

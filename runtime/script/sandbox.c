@@ -216,7 +216,7 @@ static int print_line(lua_State *L)
         luaL_addvalue(&line);
     }
     luaL_pushresult(&line);
-    kd_log(KD_LOG_INFO, "%s: %s", script_of(L)->path, lua_tostring(L, -1));
+    kd_log(KD_LOG_INFO, "%s: %s", script_of(L)->path, script_push_shown(L, lua_gettop(L)));
     return 0;
 }
 

@@ -46,6 +46,36 @@ const char *script_push_text(lua_State *L, int index)
     return lua_tostring(L, -1);
 }
 
+/* Tell whether a byte is a control, or one of the two by which UTF-8 writes one. A tab and the end of a line
+ * are none here. */
+static bool is_control(const unsigned char *text, size_t i, size_t size)
+{
+    unsigned char c = text[i], next = i + 1 < size ? text[i + 1] : 0, before = i ? text[i - 1] : 0;
+    return (c < 32 && c != '\t' && c != '\n') || c == 127 || (c == 0xC2 && next >= 0x80 && next < 0xA0) ||
+           (before == 0xC2 && c >= 0x80 && c < 0xA0);
+}
+
+const char *script_push_shown(lua_State *L, int index)
+{
+    static const char digits[] = "0123456789abcdef";
+    luaL_Buffer out;
+    size_t size;
+    const unsigned char *text = (const unsigned char *)lua_tolstring(L, index, &size);
+    luaL_buffinit(L, &out);
+    for (size_t i = 0; i < size; i++) {
+        if (is_control(text, i, size)) {
+            const char shown[4] = {'\\', 'x', digits[text[i] >> 4], digits[text[i] & 15]};
+            luaL_addlstring(&out, shown, sizeof shown);
+        } else {
+            luaL_addchar(&out, (char)text[i]);
+        }
+        if (text[i] == '\n')
+            luaL_addstring(&out, "    ");
+    }
+    luaL_pushresult(&out);
+    return lua_tostring(L, -1);
+}
+
 static int to_string(lua_State *L)
 {
     luaL_checkany(L, 1);

@@ -198,6 +198,18 @@ static void links_may_lead_into_a_root(void **state)
     }
 }
 
+/* What a terminal would obey is written out, and no line passes for one of the program's own. */
+static void printed_text_cannot_steer_a_terminal(void **state)
+{
+    (void)state;
+    assert_int_equal(run("kandil.log('a\\27[2J\\r\\0b\\127\\tc\\nkandil: broken', '\\u{9b}1m \\u{e9}')"),
+                     KD_OK);
+    assert_non_null(
+        strstr(fixture_said, ": a\\x1b[2J\\x0d\\x00b\\x7f\tc\n    kandil: broken \\xc2\\x9b1m \xc3\xa9"));
+    assert_int_equal(run("print('x\\8y')"), KD_OK);
+    assert_non_null(strstr(fixture_said, ": x\\x08y"));
+}
+
 static void text_holds_no_addresses(void **state)
 {
     (void)state;
@@ -289,6 +301,7 @@ int main(void)
         cmocka_unit_test(errors_name_the_line),
         cmocka_unit_test(files_stay_below_the_scenario),
         cmocka_unit_test(links_may_lead_into_a_root),
+        cmocka_unit_test(printed_text_cannot_steer_a_terminal),
         cmocka_unit_test(text_holds_no_addresses),
         cmocka_unit_test(chance_and_order_are_the_same_every_time),
         cmocka_unit_test(patterns_match_as_the_manual_says),
