@@ -112,6 +112,16 @@ static void print_nodes(const kd_model *m)
         printf("  … and %u nodes more\n", m->node_count - MAX_NODES_SHOWN);
 }
 
+static void print_bounds(const kd_model *m)
+{
+    if (m->triangle_count)
+        printf("  bounds %.4g %.4g %.4g to %.4g %.4g %.4g m\n", (double)m->bounds_min.x,
+               (double)m->bounds_min.y, (double)m->bounds_min.z, (double)m->bounds_max.x,
+               (double)m->bounds_max.y, (double)m->bounds_max.z);
+    else
+        printf("  nothing of it can be drawn: its scene holds no triangles\n");
+}
+
 static void print_model(const kd_model *m)
 {
     printf("%s\n  made by %s\n", m->path,
@@ -120,9 +130,7 @@ static void print_model(const kd_model *m)
            "%u cameras\n",
            m->node_count, m->mesh_count, (unsigned long long)m->triangle_count, m->material_count,
            m->image_count, m->skin_count, m->clip_count, m->light_count, m->camera_count);
-    printf("  bounds %.4g %.4g %.4g to %.4g %.4g %.4g m\n", (double)m->bounds_min.x, (double)m->bounds_min.y,
-           (double)m->bounds_min.z, (double)m->bounds_max.x, (double)m->bounds_max.y,
-           (double)m->bounds_max.z);
+    print_bounds(m);
     for (const char *const *e = m->extensions_used; e && *e; e++)
         printf("  extension %s%s\n", *e, kd_model_reads_extension(*e) ? "" : ", not read");
     for (uint32_t i = 0; m->scenes[i]; i++)
@@ -149,7 +157,7 @@ kd_status app_info_print(const char *path)
     if (!kd_path_has_extension(path, ".gltf") && !kd_path_has_extension(path, ".glb"))
         return kd_fail(KD_USAGE, "%s: unknown kind of file; give a .gltf or .glb model or a .kvox file",
                        path);
-    kd_status status = kd_model_load(path, &model);
+    kd_status status = kd_model_load_with(path, &(kd_model_options){.without_triangles = true}, &model);
     if (status != KD_OK)
         return status;
     print_model(model);

@@ -173,7 +173,7 @@ static kd_status measure(gltf_loader *l)
         return gltf_fail(
             l, KD_BAD_FORMAT,
             "the transforms carry vertices beyond what numbers hold (nodes); make the model smaller");
-    if (!l->model->triangle_count)
+    if (!l->model->triangle_count && !l->options.without_triangles)
         return gltf_fail(l, KD_BAD_FORMAT,
                          "the model holds no triangles in its scene; there is nothing to draw");
     return KD_OK;

@@ -209,6 +209,7 @@ typedef struct kd_model_options {
     const char *scene, *variant; /* by name; NULL: the file's default scene, the materials as they stand */
     const char (*roots)[KD_PATH_MAX]; /* [root_count] folders in which its files must lie, links resolved */
     uint32_t root_count;              /* 0: anywhere */
+    bool without_triangles;           /* a file with nothing to draw is no error: it is only listed */
 } kd_model_options;
 #define KD_SUBDIV_LEVEL     3u
 #define KD_SUBDIV_LEVEL_MAX 6u

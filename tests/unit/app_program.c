@@ -155,6 +155,34 @@ static void help_lists_what_there_is(void **state)
     assert_false(printed("e+0") || printed("true") || printed("false"));
 }
 
+/* What cannot be drawn can still be listed: nodes that move, without a mesh. */
+static void info_lists_files_without_triangles(void **state)
+{
+    (void)state;
+    const float times_and_places[8] = {0, 1};
+    FILE *file = fopen("moves.bin", "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(times_and_places, sizeof times_and_places, 1, file), 1);
+    assert_int_equal(fclose(file), 0);
+    write_file("moves.gltf",
+               "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"hand\"}],"
+               "\"animations\":[{\"name\":\"wave\",\"samplers\":[{\"input\":0,\"output\":1}],\"channels\":["
+               "{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"translation\"}}]}],"
+               "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\","
+               "\"min\":[0],\"max\":[1]},{\"bufferView\":1,\"componentType\":5126,\"count\":2,"
+               "\"type\":\"VEC3\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":8},"
+               "{\"buffer\":0,\"byteOffset\":8,\"byteLength\":24}],"
+               "\"buffers\":[{\"uri\":\"moves.bin\",\"byteLength\":32}]}");
+    assert_int_equal(kandil("info moves.gltf"), 0);
+    assert_string_equal(said, "");
+    assert_true(printed("nothing of it can be drawn"));
+    assert_false(printed("bounds"));
+    assert_true(printed(": 1.000 s, 1 channels"));
+    assert_true(printed("hand"));
+    assert_int_equal(kandil("run moves.gltf --frames 1"), 1);
+    assert_non_null(strstr(said, "moves.gltf: the model holds no triangles"));
+}
+
 static void messages_name_the_entity_and_plain_paths(void **state)
 {
     (void)state;
@@ -305,6 +333,7 @@ int main(void)
         cmocka_unit_test(exit_codes_and_messages_are_as_promised),
         cmocka_unit_test(no_frames_write_no_picture),
         cmocka_unit_test(help_lists_what_there_is),
+        cmocka_unit_test(info_lists_files_without_triangles),
         cmocka_unit_test(messages_name_the_entity_and_plain_paths),
         cmocka_unit_test(pictures_do_not_depend_on_threads_or_runs),
         cmocka_unit_test(entity_fields_and_order_of_precedence),

@@ -342,6 +342,30 @@ static void points_and_lines_are_dropped_with_a_warning(void **state)
              60, KD_BAD_FORMAT, "no triangles");
 }
 
+/* Who only lists what a file holds asks for it all the same. */
+static void files_without_triangles_can_be_listed(void **state)
+{
+    static const char *const files[] = {
+        FILE_OF("{'mode':0,'attributes':{'POSITION':0}}", VEC3("0", "5"), VIEW("0", "60"), "60"),
+        FILE_OF("{'mode':3,'attributes':{'POSITION':0}}", VEC3("0", "5"), VIEW("0", "60"), "60"),
+        "{'asset':{'version':'2.0'},'nodes':[{'name':'alone'}]}",
+    };
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        kd_model *m;
+        load_bad(files[i], five, 60, KD_BAD_FORMAT, "no triangles");
+        watch_messages();
+        assert_int_equal(
+            kd_model_load_with(in_folder("case.gltf"), &(kd_model_options){.without_triangles = true}, &m),
+            KD_OK);
+        assert_int_equal(seen_messages.errors, 0);
+        assert_int_equal(m->triangle_count, 0);
+        assert_int_equal(m->node_count, 1);
+        assert_int_equal(m->warning_count, i < 2);
+        kd_model_destroy(m);
+    }
+}
+
 static void broken_accessors_are_refused_by_name(void **state)
 {
     (void)state;
@@ -430,6 +454,7 @@ int main(void)
         cmocka_unit_test(flat_normals_follow_a_morph_target),
         cmocka_unit_test(the_four_largest_of_eight_weights_stay),
         cmocka_unit_test(points_and_lines_are_dropped_with_a_warning),
+        cmocka_unit_test(files_without_triangles_can_be_listed),
         cmocka_unit_test(broken_accessors_are_refused_by_name),
         cmocka_unit_test(an_index_out_of_range_is_refused_with_its_place),
         cmocka_unit_test(data_uris_are_decoded),
