@@ -72,17 +72,19 @@ static const kd_component_desc fixture_part_desc = {.name = "part",
 typedef struct fixture_animation {
     uint32_t clip;
     float time_s, speed;
+    uint8_t loop;
 } fixture_animation;
 static const kd_field animation_fields[] = {
     KD_FIELD(fixture_animation, clip, KD_U32, NULL, "clip"),
     KD_FIELD(fixture_animation, time_s, KD_F32, "s", "time in it"),
     KD_FIELD(fixture_animation, speed, KD_F32, NULL, "speed"),
+    KD_FIELD(fixture_animation, loop, KD_BOOL, NULL, "again and again"),
 };
 static const kd_component_desc fixture_animation_desc = {.name = "animation",
                                                          .size = (uint32_t)sizeof(fixture_animation),
                                                          .align = (uint32_t) _Alignof(fixture_animation),
                                                          .fields = animation_fields,
-                                                         .field_count = 3};
+                                                         .field_count = 4};
 
 static const char *const *fixture_params; /* for the next load */
 static uint32_t fixture_param_count;

@@ -10,9 +10,9 @@ typedef struct script_clip_watch {
     script_task task; /* first user value: the function */
     kd_entity entity;
     kd_component_id component;
-    uint32_t clip_offset, time_offset, speed_offset;
+    uint32_t clip_offset, time_offset, speed_offset, loop_offset;
     uint32_t clip;
-    float at_s, last_s;
+    float at_s, length_s, last_s;
     bool armed; /* the clip was playing at last_s one step ago */
 } script_clip_watch;
 
@@ -68,10 +68,31 @@ int script_on_clip(lua_State *L)
     watch->clip_offset = offset_of(L, desc, "clip");
     watch->time_offset = offset_of(L, desc, "time_s");
     watch->speed_offset = offset_of(L, desc, "speed");
+    watch->loop_offset = offset_of(L, desc, "loop");
     watch->clip = clip;
     watch->at_s = (float)at_s;
+    watch->length_s = length_s;
     script_task_activate(L, &watch->task, lua_gettop(L));
     return 1;
+}
+
+/* A clip's time is a sum of rounded steps and may fall short of the event by a little in the step that
+ * reaches it. How far the event is moved towards where the clip comes from: it depends on the step's length
+ * alone, so that a change of speed never brings an event twice. */
+#define EARLY_STEPS (1.0f / 32)
+#define EARLY_CLIP  (1.0f / 64) /* and no more than this share of the clip */
+
+static float early_by(const kd_script *script, const script_clip_watch *watch)
+{
+    return fminf((float)script->step_length_s * EARLY_STEPS, watch->length_s * EARLY_CLIP);
+}
+
+static float moved_event(const script_clip_watch *watch, float early_s, bool backwards, bool loops)
+{
+    float event = backwards ? watch->at_s + early_s : watch->at_s - early_s;
+    if (loops && event < 0)
+        return event + watch->length_s;
+    return loops && event >= watch->length_s ? event - watch->length_s : event;
 }
 
 /* Tell whether the way from `from` to `to` leads past the event; a clip that loops jumps over its end. */
@@ -87,7 +108,8 @@ void script_clip_step(lua_State *L, script_task *task)
     script_clip_watch *watch = (script_clip_watch *)task;
     const char *value = kd_find_id(script_of(L)->world, watch->entity, watch->component);
     uint32_t clip;
-    float time_s, speed;
+    float time_s, speed, early_s = early_by(script_of(L), watch);
+    uint8_t loops;
     int top = lua_gettop(L);
     if (!value) {
         script_task_push_held(L, task);
@@ -98,13 +120,15 @@ void script_clip_step(lua_State *L, script_task *task)
     memcpy(&clip, value + watch->clip_offset, sizeof clip);
     memcpy(&time_s, value + watch->time_offset, sizeof time_s);
     memcpy(&speed, value + watch->speed_offset, sizeof speed);
+    memcpy(&loops, value + watch->loop_offset, sizeof loops);
     bool was_armed = watch->armed;
     float last_s = watch->last_s;
     watch->armed = clip == watch->clip;
     watch->last_s = time_s;
-    bool starts_there = !was_armed && fabsf(time_s - watch->at_s) < 1e-6f;
+    bool starts_there = !was_armed && fabsf(time_s - watch->at_s) <= early_s;
+    float event = moved_event(watch, early_s, speed < 0, loops);
     if (!watch->armed || (was_armed && time_s == last_s) ||
-        !(starts_there || (was_armed && passes(last_s, time_s, watch->at_s, speed < 0))))
+        !(starts_there || (was_armed && passes(last_s, time_s, event, speed < 0))))
         return;
     script_task_push_held(L, task);
     lua_getiuservalue(L, -1, TASK_FUNCTION);

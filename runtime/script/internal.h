@@ -81,6 +81,7 @@ struct kd_script {
     uint32_t active_count, active_capacity;
     script_task *running; /* the coroutine under way, or NULL */
     double step_s;        /* time of the step, below 0 before the first */
+    double step_length_s; /* to the next step */
     double now_s;         /* time for which what runs now was asked */
 
     struct kd_query **queries;

@@ -222,6 +222,7 @@ static int run_step(lua_State *L)
 
 kd_status kd_script_step(kd_script *script, double time_s, double dt_s)
 {
+    script->step_length_s = dt_s;
     lua_pushcfunction(script->L, run_step);
     lua_pushnumber(script->L, time_s);
     lua_pushnumber(script->L, dt_s);

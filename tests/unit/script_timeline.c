@@ -310,12 +310,13 @@ static void clip_events_fire_once_a_pass(void **state)
     kd_world *w = fixture_world();
     kd_script *script;
     assert_int_equal(
-        fixture_load(w,
-                     "e = kandil.spawn{name = 'e'} e.animation = {clip = 1, speed = 1} n, m = 0, 0\n"
-                     "k = e:on_clip('walk', 0.5, function(who) assert(who == e) n = n + 1 end)\n"
-                     "e:on_clip('walk', 0, function() m = m + 1 end)\n"
-                     "function kandil.update() print(n, m) end",
-                     &script),
+        fixture_load(
+            w,
+            "e = kandil.spawn{name = 'e'} e.animation = {clip = 1, speed = 1, loop = true} n, m = 0, 0\n"
+            "k = e:on_clip('walk', 0.5, function(who) assert(who == e) n = n + 1 end)\n"
+            "e:on_clip('walk', 0, function() m = m + 1 end)\n"
+            "function kandil.update() print(n, m) end",
+            &script),
         KD_OK);
     static const char *const said[] = {" 0 1", " 0 1", " 1 1", " 1 1", " 1 2",
                                        " 2 2", " 2 2", " 2 3", " 2 3", " 3 3"};
@@ -330,6 +331,44 @@ static void clip_events_fire_once_a_pass(void **state)
     kd_world_destroy(w);
     expect_failure("kandil.spawn{animation = {}}:on_clip('run', 0, print)", 0, "it has walk");
     expect_failure("kandil.spawn{animation = {}}:on_clip('walk', 2, print)", 0, "is 1.0 s long");
+}
+
+/* The animation system adds rounded steps to a rounded time, so it comes to 0.49999997 here, to 1.0000001
+ * there. Ten minutes of a clip of 1 s: events at 0 and 0.5 s come in the steps that reach them, either way
+ * round. */
+static void clip_events_do_not_drift(void **state)
+{
+    (void)state;
+    for (int direction = -1; direction <= 1; direction += 2) {
+        kd_world *w = fixture_world();
+        kd_script *script;
+        assert_int_equal(
+            fixture_load(w,
+                         "e = kandil.spawn{name = 'e'} e.animation = {clip = 1, loop = true}\n"
+                         "local function check(at, rest)\n"
+                         "  local n = 0 e:on_clip('walk', at, function() n = n + 1\n"
+                         "    local step = math.floor(kandil.time() * 24 + 0.5)\n"
+                         "    if step % 24 ~= rest then error(at .. ' s in step ' .. step) end end)\n"
+                         "  kandil.at(599.99, function() print(n) assert(n == 600) end) end\n"
+                         "check(0, 0) check(0.5, 12)",
+                         &script),
+            KD_OK);
+        kd_component_id id = kd_component_find(w, "animation");
+        float time_s = 0;
+        for (int i = 0; i <= 24 * 600; i++) {
+            fixture_animation *a = kd_find_mut_id(w, kd_find_named(w, "e"), id);
+            a->speed = (float)direction;
+            a->time_s = time_s;
+            if (kd_script_step(script, i / 24.0, 1 / 24.0) != KD_OK)
+                fail_msg("direction %d, step %d: %s", direction, i, fixture_message);
+            double next = fmod((double)time_s + direction * (double)(1.0f / 24), 1);
+            time_s = (float)(next < 0 ? next + 1 : next);
+            time_s = time_s >= 1 ? 0 : time_s;
+        }
+        assert_non_null(strstr(fixture_said, " 600"));
+        kd_script_destroy(script);
+        kd_world_destroy(w);
+    }
 }
 
 int main(void)
@@ -347,6 +386,7 @@ int main(void)
         cmocka_unit_test(paths_are_walked_at_constant_speed),
         cmocka_unit_test(cameras_follow_paths),
         cmocka_unit_test(clip_events_fire_once_a_pass),
+        cmocka_unit_test(clip_events_do_not_drift),
     };
     return cmocka_run_group_tests(tests, fixture_open, fixture_close);
 }
