@@ -102,11 +102,10 @@ static kd_profile *make_profile(kd_schedule *s, bool own_rows_too)
 /* Follow everything through time: jobs, passes and counters too. */
 static kd_status open_trace(app_timing *t, kd_jobs *jobs)
 {
-    static const char *const names[APP_COUNTER_COUNT] = {[APP_COUNTER_VOXELS] = "voxels",
-                                                         [APP_COUNTER_NODES] = "tree nodes",
-                                                         [APP_COUNTER_ENTITIES] = "entities",
-                                                         [APP_COUNTER_GPU_BYTES] = "GPU bytes",
-                                                         [APP_COUNTER_HEAP_BYTES] = "heap bytes"};
+    static const char *const names[APP_COUNTER_COUNT] = {
+        [APP_COUNTER_VOXELS] = "voxels",         [APP_COUNTER_NODES] = "tree nodes",
+        [APP_COUNTER_ENTITIES] = "entities",     [APP_COUNTER_GPU_BYTES] = "GPU bytes",
+        [APP_COUNTER_HEAP_BYTES] = "heap bytes", [APP_COUNTER_WORLD_BYTES] = "world bytes"};
     kd_status status = kd_profile_trace(t->profile, kd_jobs_threads(jobs));
     if (status != KD_OK)
         return status;
@@ -170,6 +169,7 @@ static void count_all(app_timing *t)
         [APP_COUNTER_ENTITIES] = (double)kd_entity_count(t->world),
         [APP_COUNTER_GPU_BYTES] = (double)kd_gpu_bytes(t->gpu),
         [APP_COUNTER_HEAP_BYTES] = (double)(heap.uordblks + heap.hblkhd),
+        [APP_COUNTER_WORLD_BYTES] = (double)kd_world_bytes(t->world),
     };
     for (uint32_t i = 0; i < APP_COUNTER_COUNT; i++)
         kd_profile_counter(t->profile, t->counters[i], values[i]);

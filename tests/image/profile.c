@@ -68,6 +68,32 @@ static void zones_add_up_to_their_frames(void **state)
     free(t.zones);
 }
 
+/* How often a counter stands in the timeline, with a value above 0. */
+static int count_values(const char *path, const char *name)
+{
+    static char line[65536];
+    char wanted[64];
+    int count = 0;
+    FILE *file = fopen(path, "rb");
+    snprintf(wanted, sizeof wanted, "\"name\":\"%s\",\"ph\":\"C\"", name);
+    while (file && fgets(line, sizeof line, file))
+        for (const char *at = line; (at = strstr(at, wanted)) != NULL; at++) {
+            const char *value = strstr(at, "\"value\":");
+            count += value && strtod(value + strlen("\"value\":"), NULL) > 0;
+        }
+    if (file)
+        fclose(file);
+    return count;
+}
+
+static void memory_is_counted_every_frame(void **state)
+{
+    (void)state;
+    run("--profile b.json");
+    assert_int_equal(count_values("b.json", "heap bytes"), FRAMES);
+    assert_int_equal(count_values("b.json", "world bytes"), FRAMES);
+}
+
 static void a_run_is_compared_with_an_earlier_one(void **state)
 {
     char text[256] = "";
@@ -86,6 +112,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(zones_add_up_to_their_frames),
+        cmocka_unit_test(memory_is_counted_every_frame),
         cmocka_unit_test(a_run_is_compared_with_an_earlier_one),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
