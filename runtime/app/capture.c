@@ -11,6 +11,7 @@
 #include "runtime/app/child.h"
 #include "runtime/app/film.h"
 #include "runtime/app/image_write.h"
+#include "runtime/app/picture.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
 #include "shaders/shared/film.h"
@@ -305,7 +306,8 @@ bool app_capture_wants(const app_capture *c, uint64_t frame, bool last)
         const app_output *output = &c->options->outputs[i];
         if (output->kind == APP_OUTPUT_FILM || (!output->every_frame && last))
             return true;
-        if (output->every_frame && (numbered_path(output, frame, path) != KD_OK || !kd_file_exists(path)))
+        if (output->every_frame &&
+            (numbered_path(output, frame, path) != KD_OK || !app_picture_is_whole(path)))
             return true;
     }
     return false;

@@ -1,6 +1,7 @@
 #include "runtime/app/picture.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -147,6 +148,25 @@ static kd_status check_finite(const char *path, const app_picture *p)
                            "%s: the value of pixel %zu, %zu is not finite; correct the picture", path,
                            i / 3 % p->width, i / 3 / p->width);
     return KD_OK;
+}
+
+bool app_picture_is_whole(const char *path)
+{
+    static const char png_head[8] = "\x89PNG\r\n\x1a\n", exr_head[4] = "\x76\x2f\x31\x01";
+    static const char png_end[12] = "\0\0\0\0IEND\xae\x42\x60\x82";
+    bool exr = kd_path_has_extension(path, ".exr");
+    size_t head_size = exr ? sizeof exr_head : sizeof png_head;
+    char head[8], end[12];
+    FILE *file = kd_file_exists(path) ? fopen(path, "rb") : NULL;
+    if (!file)
+        return false;
+    bool whole = fread(head, 1, head_size, file) == head_size &&
+                 memcmp(head, exr ? exr_head : png_head, head_size) == 0;
+    if (!exr)
+        whole = whole && fseek(file, -(long)sizeof end, SEEK_END) == 0 &&
+                fread(end, 1, sizeof end, file) == sizeof end && memcmp(end, png_end, sizeof end) == 0;
+    fclose(file);
+    return whole;
 }
 
 kd_status app_picture_read(const char *path, app_picture *out)

@@ -32,13 +32,14 @@ static bool said(const char *text)
     return system(command) == 0;
 }
 
-/* With one bounce a picture depends on its frame alone. Frames 6 and 11 are missing. Before each two are
+/* With one bounce a picture depends on its frame alone. Frame 11 is missing, 6 is empty. Before each two are
  * rendered to warm up, and the first in any case: 12 less 0, 4, 5, 6, 9, 10, 11 leaves out 5. */
 static void a_resumed_sequence_is_the_same(void **state)
 {
     (void)state;
     run("--out a_%02d.png --out a_%02d.exr --out last.png");
-    assert_int_equal(system("mkdir whole && cp *.png *.exr whole && rm a_06.png a_11.exr last.png"), 0);
+    assert_int_equal(system("mkdir whole && cp *.png *.exr whole && rm a_11.exr last.png && : > a_06.png"),
+                     0);
     run("--out a_%02d.png --out a_%02d.exr --out last.png --resume");
     assert_true(said("resumed: 5 of 12 frames"));
     assert_int_equal(system("for f in whole/*; do cmp $f $(basename $f) || exit 1; done"), 0);

@@ -18,6 +18,7 @@
 #include "runtime/app/capture.h"
 #include "runtime/app/film.h"
 #include "runtime/app/image_write.h"
+#include "runtime/app/picture.h"
 #include "runtime/core/log.h"
 
 static char folder[64];
@@ -156,6 +157,31 @@ static void exr_is_half_floats_in_three_channels(void **state)
                         8); /* magic number, version 2, single part scan lines */
 }
 
+static void only_whole_pictures_are_finished(void **state)
+{
+    (void)state;
+    struct stat info;
+    uint8_t *texels = make_texels(16, 16);
+    const uint16_t half[4] = {0x3C00, 0x3C00, 0x3C00, 0x3C00};
+    message_count = 0;
+    assert_false(app_picture_is_whole(in_folder("none.png")));
+    assert_false(app_picture_is_whole(folder));
+    assert_int_equal(app_png_write(in_folder("part.png"), 16, 16, texels), KD_OK);
+    assert_true(app_picture_is_whole(in_folder("part.png")));
+    assert_int_equal(stat(in_folder("part.png"), &info), 0);
+    const off_t sizes[] = {info.st_size - 1, info.st_size - 12, info.st_size / 2, 8, 1, 0};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        assert_int_equal(truncate(in_folder("part.png"), sizes[i]), 0);
+        assert_false(app_picture_is_whole(in_folder("part.png")));
+    }
+    assert_int_equal(app_exr_write(in_folder("part.exr"), 1, 1, half), KD_OK);
+    assert_true(app_picture_is_whole(in_folder("part.exr")));
+    assert_int_equal(truncate(in_folder("part.exr"), 3), 0);
+    assert_false(app_picture_is_whole(in_folder("part.exr")));
+    assert_int_equal(message_count, 0);
+    free(texels);
+}
+
 static int count_film_frames(const char *path)
 {
     char command[512];
@@ -253,6 +279,7 @@ int main(void)
         cmocka_unit_test(a_failed_picture_leaves_nothing),
         cmocka_unit_test(a_picture_without_space_says_so),
         cmocka_unit_test(exr_is_half_floats_in_three_channels),
+        cmocka_unit_test(only_whole_pictures_are_finished),
         cmocka_unit_test(films_have_every_frame),
         cmocka_unit_test(a_film_without_frames_leaves_nothing),
         cmocka_unit_test(a_film_whose_encoder_dies_is_one_message),
