@@ -219,7 +219,7 @@ kd_status gltf_load_clips(gltf_loader *l)
     for (size_t i = 0; !status && i < l->doc.clip_count; i++)
         status = load_clip(l, claims, i, &clips[i]);
     for (size_t i = 0; !status && i < l->doc.unread_pointers.count; i++)
-        gltf_warn(l, "animations: '%.80s' is not animated, only what nodes have",
+        gltf_warn(l, "animations: '%.160s' is not animated, only what nodes have",
                   l->doc.unread_pointers.at[i]);
     l->model->clips = clips;
     l->model->clip_count = (uint32_t)l->doc.clip_count;
