@@ -56,12 +56,13 @@ static bool has_extension(const kd_gpu *gpu, const char *name)
     return false;
 }
 
-/* OpenGL 4.6 has it, 4.5 as an extension under either name. */
+/* OpenGL 4.6 has it, 4.5 as an extension under either name. Software renderers walk the footprint texel by
+ * texel, even where a compute shader names the level itself and there is none: a map could take minutes. */
 static int anisotropy_of(const kd_gpu *gpu)
 {
     bool has = has_extension(gpu, "GL_ARB_texture_filter_anisotropic") ||
                has_extension(gpu, "GL_EXT_texture_filter_anisotropic");
-    return has ? get_int(gpu, GL_MAX_TEXTURE_MAX_ANISOTROPY) : 1;
+    return has && !gpu->info.software ? get_int(gpu, GL_MAX_TEXTURE_MAX_ANISOTROPY) : 1;
 }
 
 static void read_limits(kd_gpu *gpu)
