@@ -63,6 +63,7 @@ typedef struct kd_tree {
     kd_gpu_buffer uniform;
     kd_gpu_texture radiance, depth, index, nodes, leaves, data;
     uint32_t cascade_count, resolution, dense_resolution;
+    bool strict; /* `light.leak=strict` when the tree was made */
     float span_m[4];
     uint64_t leaf_cells, node_count; /* of a recent frame: counts come back without a wait */
     uint64_t static_voxels, dynamic_voxels, cached_voxels, resident_voxels;

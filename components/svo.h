@@ -39,6 +39,7 @@ typedef struct kd_svo {
     uint32_t dynamic_capacity;   /* leaf parents with dynamic cells */
     uint32_t dynamic_room;       /* of these in use; ranks beyond have no cells */
     uint32_t fresh_words;        /* room in `fresh`: words of its mask, and where its ranks begin */
+    bool strict;                 /* `light.leak=strict` when it was made */
     uint64_t most_bytes;         /* of any one buffer that grows */
     bool failed;                 /* no memory for it: there is no indirect light */
     uint32_t current;            /* which of the two level masks is this frame's */

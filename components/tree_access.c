@@ -16,14 +16,15 @@ uint32_t kd_tree_sparse_levels(const kd_tree *tree)
 bool kd_tree_fit_program(kd_gpu *gpu, const kd_tree *tree, const char *path, kd_tree_program *program)
 {
     uint32_t levels = kd_tree_sparse_levels(tree);
-    if (program->sparse_levels == levels)
+    if (program->sparse_levels == levels && program->strict == tree->strict)
         return program->program.id != 0;
     char define[32];
     snprintf(define, sizeof define, "KD_SPARSE_LEVELS %u", levels);
-    const char *defines[] = {define, NULL};
+    const char *defines[] = {define, tree->strict ? "KD_LEAK_STRICT 1" : NULL, NULL};
     kd_gpu_destroy_program(gpu, program->program);
     program->program = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = path, .defines = defines});
     program->sparse_levels = levels;
+    program->strict = tree->strict;
     return program->program.id != 0;
 }
 

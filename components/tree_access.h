@@ -9,6 +9,7 @@
 typedef struct kd_tree_program {
     kd_gpu_program program;
     uint32_t sparse_levels; /* 0: not compiled yet */
+    bool strict;            /* KD_LEAK_STRICT: no light through thin walls */
 } kd_tree_program;
 
 /** Count the sparse levels, KD_SPARSE_LEVELS of shaders that sample the tree. */

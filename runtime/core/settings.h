@@ -14,6 +14,7 @@
 #define KD_SVO_LAYERS_LIST(X) X(TWO, "two") X(ONE, "one")
 #define KD_SVO_BUILD_LIST(X)  X(ORDERFREE, "orderfree") X(ATOMIC, "atomic") X(LEVELS, "levels")
 #define KD_BOUNCES_LIST(X)    X(NONE, "0") X(ONE, "1") X(TWO, "2") X(INF, "inf")
+#define KD_LEAK_LIST(X)       X(DEFAULT, "default") X(STRICT, "strict")
 #define KD_TONEMAP_LIST(X)    X(ACES, "aces") X(REINHARD, "reinhard") X(LINEAR, "linear")
 #define KD_TILES_LIST(X)      X(AUTO, "auto") X(ON, "on") X(OFF, "off")
 #define KD_CHANNEL_LIST(X)                                                                                   \
@@ -44,6 +45,12 @@ typedef enum kd_bounces {
     KD_BOUNCES_LIST(KD_BOUNCES_ENUM)
 #undef KD_BOUNCES_ENUM
 } kd_bounces;
+
+typedef enum kd_leak {
+#define KD_LEAK_ENUM(name, text) KD_LEAK_##name,
+    KD_LEAK_LIST(KD_LEAK_ENUM)
+#undef KD_LEAK_ENUM
+} kd_leak;
 
 typedef enum kd_tonemap {
 #define KD_TONEMAP_ENUM(name, text) KD_TONEMAP_##name,
@@ -119,6 +126,8 @@ typedef enum kd_setting_type {
       "times that light of lamps is reflected before it is seen indirectly")                                 \
     X(ENUM, light, tiles, KD_TILES_AUTO, 0, 2, tiles_words, NULL,                                            \
       "each tile of the picture is lit by the local lights that reach it, or by all; auto: where many are")  \
+    X(ENUM, light, leak, KD_LEAK_DEFAULT, 0, 1, leak_words, NULL,                                            \
+      "strict: next to no light through walls one voxel thick, for darker bounces of thin things")           \
     X(F32, view, exposure_ev, 0, -20, 20, NULL, "EV", "exposure; one more doubles the brightness")           \
     X(BOOL, view, auto_exposure, false, 0, 1, NULL, NULL, "choose the exposure from the picture")            \
     X(ENUM, view, tonemap, KD_TONEMAP_ACES, 0, 2, tonemap_words, NULL,                                       \

@@ -49,8 +49,12 @@ vec4 trace_diffuse(vec3 place_ws, vec3 origin, vec3 normal, float span, ivec2 at
     float visible = 0.0;
     for (uint i = 0u; i < gather.size.w; i++) {
         vec4 cone = gather.cones[uint(KD_CONE_SETS) * i + variant];
+#ifdef KD_LEAK_STRICT
+        vec3 axis = frame * cone.xyz, facing = axis; // a ray that leaves a wall would let the whole cone through it
+#else
         bool capping = i == 0u && gather.size.w > 4u && gather.light.w < 1.0; // four round the normal: different rays already
         vec3 axis = frame * cone.xyz, facing = capping ? axis : frame * ray_of(cone.xyz, float(variant));
+#endif
         cone_result r = cone_trace(origin, axis, facing, gather.cone.x, 0.25 * span, settings());
         count_cone(i, r.samples);
         irradiance += cone.w * (r.radiance * tree.light.z + r.transmittance * sky_cone(axis, gather.cone.x * gather.light.w));

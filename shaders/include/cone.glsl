@@ -12,6 +12,13 @@ const float CONE_SHARPNESS = 1.0;
 // look into the directions between.
 const float CONE_NEAR_WIDTH = 4.0;
 
+// `light.leak=strict`: matter is three times as dense, and a cone goes on until it would add nothing that is seen.
+#ifdef KD_LEAK_STRICT
+const float CONE_LEAST = 0.0001, CONE_DENSITY = 3.0;
+#else
+const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0;
+#endif
+
 struct cone_settings {
     float step;         // in diameters
     float max_distance; // m
@@ -41,7 +48,7 @@ cone_place cone_place_at(float t, cone_result so_far, vec3 origin_ws, vec3 direc
     float span = tree.cascade[0].w, wide = 2.0 * tan_half * t;
     o.p_ws = origin_ws + direction * t;
     o.cascade = tree_cascade_at(o.p_ws, 0.5);
-    o.goes_on = o.cascade < tree_cascades() && t <= settings.max_distance && so_far.transmittance >= 0.01 && so_far.samples < 256;
+    o.goes_on = o.cascade < tree_cascades() && t <= settings.max_distance && so_far.transmittance >= CONE_LEAST && so_far.samples < 256;
     float own_span = span * float(1 << o.cascade), narrowed = max(min(wide, CONE_NEAR_WIDTH * own_span), settings.far * wide);
     o.diameter = max(narrowed, settings.least * own_span);
     o.stride = settings.step * o.diameter * (wide > CONE_NEAR_WIDTH * own_span && settings.far < 1.0 ? 1.6 : 1.0);
@@ -53,7 +60,7 @@ cone_place cone_place_at(float t, cone_result so_far, vec3 origin_ws, vec3 direc
 // v: what the sample at t gave.
 void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_settings settings)
 {
-    float through = exp(-v.a * s);
+    float through = exp(-v.a * (s * CONE_DENSITY));
     float gained = r.transmittance * (1.0 - through);
     if (v.a > 0.0)
         r.radiance += gained * (v.rgb / v.a);

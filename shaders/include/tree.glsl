@@ -97,7 +97,23 @@ vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 direction)
 }
 
 // Trilinear by hand over the eight cells round p (Yalciner 2016, section 4.6). Leaves: what is interpolated is their matter,
-// and which side of it the ray meets is asked once, of the mean normal.
+// and which side of it the ray meets is asked once, of the mean normal; strictly, of each leaf, since the mean of a wall's two
+// sides has the light of both.
+#ifdef KD_LEAK_STRICT
+vec4 tree_sample_leaves(int c, vec3 p_ws, vec3 direction)
+{
+    vec3 p = (p_ws - tree.cascade[c].xyz) / tree.cascade[c].w - 0.5;
+    ivec3 low = ivec3(floor(p)), top = ivec3(tree_resolution() - 1);
+    vec3 f = p - vec3(low);
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < 8; i++) {
+        ivec3 o = ivec3(i, i >> 1, i >> 2) & 1;
+        vec3 w = mix(1.0 - f, f, vec3(o));
+        sum += (w.x * w.y * w.z) * leaf_seen(leaf_unpack(tree_fetch_leaf(c, clamp(low + o, ivec3(0), top))), direction);
+    }
+    return sum;
+}
+#else
 vec4 tree_sample_leaves(int c, vec3 p_ws, vec3 direction)
 {
     vec3 p = (p_ws - tree.cascade[c].xyz) / tree.cascade[c].w - 0.5;
@@ -119,6 +135,7 @@ vec4 tree_sample_leaves(int c, vec3 p_ws, vec3 direction)
         return vec4(0.0);
     return leaf_seen(leaf_value(light / depth, normal / depth, depth, both_sides > 0.5 * depth), direction);
 }
+#endif
 
 vec4 tree_sample_nodes(int c, int level, vec3 p_ws, vec3 direction)
 {
@@ -173,12 +190,30 @@ vec3 tree_texel_radiance(tree_texel t, float part)
     return textureLod(tree_atlas, vec3(t.at.xy, t.at.z + t.radiance + part * t.apart) * tree.atlas.xyz, 0.0).rgb;
 }
 
+#ifdef KD_LEAK_STRICT
+// A ray that leaves a wall aslant meets the wall's outer side by one of its axes and its inner side by another: the darkest of
+// the axes that matter is what it sees.
+vec3 tree_texel_darkest(tree_texel t, vec3 back, vec3 weight, vec3 depths, float all)
+{
+    const float LEAST_SHARE = 0.005;
+    vec3 darkest = vec3(all > 0.0 ? 1e30 : 0.0);
+    for (int axis = 0; axis < 3; axis++)
+        if (weight[axis] * depths[axis] > LEAST_SHARE * all)
+            darkest = min(darkest, tree_texel_radiance(t, float(2 * axis) + back[axis]) * (all / depths[axis]));
+    return darkest;
+}
+#endif
+
 vec4 tree_sample_dense(int c, int mip, vec3 p_ws, vec3 direction)
 {
     float edge = tree.cascade[c].w * float(1 << (KD_SPARSE_LEVELS + mip));
     tree_texel t = tree_texel_of(c, mip, (p_ws - tree.cascade[c].xyz) / edge);
     vec3 weight = abs(direction), back = vec3(lessThan(direction, vec3(0.0)));
     vec3 depths = mix(tree_texel_depths(t, 0.0), tree_texel_depths(t, 1.0), back);
+#ifdef KD_LEAK_STRICT
+    float all = dot(weight, depths);
+    return vec4(tree_texel_darkest(t, back, weight, depths, all), all);
+#endif
     vec3 light = weight.x * tree_texel_radiance(t, back.x) + weight.y * tree_texel_radiance(t, 2.0 + back.y) +
                  weight.z * tree_texel_radiance(t, 4.0 + back.z);
     return vec4(light, dot(weight, depths));

@@ -101,10 +101,20 @@ vec4 behind(vec3 front_radiance, float front_depth, vec3 back_radiance, float ba
     return vec4((1.0 - front) * front_radiance + front * (1.0 - back) * back_radiance, 1.0 - front * back);
 }
 
-// Mean over columns back to (tau S, tau) of the parent's own edge length.
-vec4 column_mean(vec4 sum)
+// Mean over columns back to (tau S, tau) of the parent's own edge length. `depths`: of the columns together. Strictly it is their
+// mean that counts and not that of opacities, so that a wall which lies aslant in coarse cells keeps its whole depth.
+vec4 column_mean(vec4 sum, float depths, bool strict)
 {
     vec4 mean = 0.25 * sum;
     float depth = min(-log(max(1.0 - mean.a, exp(-FULL_DEPTH))), FULL_DEPTH);
+    depth = strict ? 0.25 * depths : depth;
     return mean.a > 0.0 ? vec4(mean.rgb * (depth / mean.a), depth) : vec4(0.0);
+}
+
+// Share of its light that a node may show under `light.leak=strict`, by its depths along +x +y +z and back: none when it is met
+// from two opposite sides, since what lights one side of a thin wall would be seen from the other.
+float light_of_one_side(vec3 forth, vec3 back)
+{
+    vec3 share = clamp(1.0 - 6.0 * min(forth, back) / max(max(forth, back), vec3(1e-6)), 0.0, 1.0);
+    return share.x * share.y * share.z;
 }

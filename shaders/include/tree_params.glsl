@@ -3,6 +3,9 @@
 
 layout(std140, binding = KD_BIND_TREE) uniform tree_block { kd_tree_params tree; };
 
+// Is it `light.leak=strict`?
+bool tree_is_strict() { return tree.light.w != 0.0; }
+
 // First bit of cascade c in a mask of leaf cells.
 uint cascade_first_bit(uint c)
 {

@@ -79,9 +79,13 @@ uvec2 leaf_of(uint slot, uint code)
     float span = tree.cascade[c].w;
     vec3 p_ws = tree.cascade[c].xyz + (vec3(cell) + 0.5) * span;
     vec3 lamps = bounce.z != 0u ? direct_light(a, p_ws, span) : vec3(0.0);
+    // Strictly, cells with surfaces of opposite sides reflect nothing: what lights one side would be seen from the other.
+    vec3 albedo = a.albedo;
+    if (tree_is_strict())
+        albedo *= (1.0 - a.double_sided) * smoothstep(0.9, 0.97, length(a.normal));
     vec3 emission = emitters.info.x == 0u ? a.emission * tree.light.x : vec3(0.0); // emitters.glsl lights by it
-    vec3 radiance = tree.light.y * (a.albedo * (1.0 / 3.14159265) * lamps + emission);
-    radiance += a.albedo * bounced_light(a, c, cell);
+    vec3 radiance = tree.light.y * (albedo * (1.0 / 3.14159265) * lamps + emission);
+    radiance += albedo * bounced_light(a, c, cell);
     float depth = FULL_DEPTH * min(float(a.weight) / 256.0, 1.0);
     return leaf_pack(leaf_value(radiance, a.normal, depth, a.double_sided > 0.5));
 }

@@ -125,7 +125,7 @@ struct kd_tree_params {
     uvec4 data_offset;   /* x: level 7, y: 8 …: first entry of the level's filtered data */
     uvec4 capacity;      /* x: nodes a level, y: dynamic cells */
     /* ---- 192 */
-    vec4 light;          /* x: radiance of KD_EMISSION_ONE, y: factor on radiance while it is stored, z: 1 / y */
+    vec4 light;          /* x: radiance of KD_EMISSION_ONE, y: factor on radiance while it is stored, z: 1 / y, w: 1 when `light.leak` is strict */
     /* ---- 208 */
     vec4 centre;         /* xyz: common centre of the cascades ws, w: 1 / half the edge of the finest */
     vec4 atlas;          /* xyz: 1 / size of the atlas of dense levels, w: 1 / slices of its depths */

@@ -1,5 +1,6 @@
 // The eight children of a node, whatever they are: leaves, or sparse nodes reached through the node table (svo_find.glsl).
 
+#include "shaders/include/tree_params.glsl"
 #include "shaders/include/tree_node.glsl"
 
 layout(std430, binding = 2) readonly buffer leaves_block { uvec2 leaves[]; };
@@ -36,10 +37,22 @@ vec4 along(uint axis, bool reverse)
     uint direction = 2u * axis + uint(reverse);
     uint step = 1u << axis, a = 1u << ((axis + 1u) % 3u), b = 1u << ((axis + 2u) % 3u);
     vec4 sum = vec4(0.0);
+    float depths = 0.0;
     for (uint k = 0u; k < 4u; k++) {
         uint low = (k & 1u) * a + (k >> 1) * b;
         uint front = reverse ? low + step : low, back = reverse ? low : low + step;
         sum += behind(child[front].radiance, child[front].depth[direction], child[back].radiance, child[back].depth[direction]);
+        depths += child[front].depth[direction] + child[back].depth[direction];
     }
-    return column_mean(sum);
+    return column_mean(sum, depths, tree_is_strict());
+}
+
+// The same of all three axes, both ways; returns the share of its light that the node may show.
+float along_all(out vec4 forth[3], out vec4 back[3])
+{
+    for (uint axis = 0u; axis < 3u; axis++) {
+        forth[axis] = along(axis, false);
+        back[axis] = along(axis, true);
+    }
+    return tree_is_strict() ? light_of_one_side(vec3(forth[0].a, forth[1].a, forth[2].a), vec3(back[0].a, back[1].a, back[2].a)) : 1.0;
 }

@@ -24,8 +24,10 @@ void main()
         load_nodes(number, below.y, below.z);
     ivec3 cell = ivec3(morton_decode(code & ((1u << (3 * KD_DENSE_LOG2)) - 1u)));
     atlas_cell at = atlas_place(c, cell);
-    atlas_put(at, 0, along(0u, false), along(1u, false), along(2u, false));
-    atlas_put(at, 1, along(0u, true), along(1u, true), along(2u, true));
+    vec4 forth[3], back[3];
+    vec4 shown = vec4(vec3(along_all(forth, back)), 1.0);
+    atlas_put(at, 0, shown * forth[0], shown * forth[1], shown * forth[2]);
+    atlas_put(at, 1, shown * back[0], shown * back[1], shown * back[2]);
     note_filled(code, number != KD_EMPTY);
     change_coarser(c, cell);
 }

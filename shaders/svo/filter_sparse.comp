@@ -23,13 +23,14 @@ void main()
         load_nodes(number, below.y, below.z);
     node_value n;
     vec4 seen = vec4(0.0);
-    for (uint axis = 0u; axis < 3u; axis++) {
-        vec4 forth = along(axis, false), back = along(axis, true);
-        n.depth[2u * axis] = forth.a;
-        n.depth[2u * axis + 1u] = back.a;
-        seen += forth + back;
+    vec4 forth[3], back[3];
+    float shown = along_all(forth, back);
+    for (int axis = 0; axis < 3; axis++) {
+        n.depth[2 * axis] = forth[axis].a;
+        n.depth[2 * axis + 1] = back[axis].a;
+        seen += forth[axis] + back[axis];
     }
-    n.radiance = seen.a > 0.0 ? seen.rgb / seen.a : vec3(0.0);
+    n.radiance = seen.a > 0.0 ? shown * (seen.rgb / seen.a) : vec3(0.0);
     uvec2 word = node_pack(n);
     if (word == data[pass.z + number])
         return;

@@ -1,5 +1,6 @@
 // Filter, dense levels upward: eight cells of the atlas to one of the next coarser level.
 
+#include "shaders/include/tree_params.glsl"
 #include "shaders/include/tree_node.glsl"
 #include "shaders/include/morton.glsl"
 #include "shaders/svo/filter_target.glsl"
@@ -20,12 +21,14 @@ vec4 along(int axis, int reverse)
 {
     int step = 1 << axis, a = 1 << ((axis + 1) % 3), b = 1 << ((axis + 2) % 3), direction = 2 * axis + reverse;
     vec4 sum = vec4(0.0);
+    float deep = 0.0;
     for (int k = 0; k < 4; k++) {
         int low = (k & 1) * a + (k >> 1) * b;
         vec4 front = load(low + reverse * step, axis, direction), back = load(low + (1 - reverse) * step, axis, direction);
         sum += behind(front.rgb, front.a, back.rgb, back.a);
+        deep += front.a + back.a;
     }
-    return column_mean(sum);
+    return column_mean(sum, deep, tree_is_strict());
 }
 
 // Writes what the eight are together; returns whether that is anything.

@@ -27,6 +27,7 @@ enum { BLEND_TINTED = 4, BLEND_LAYERED = 8 };
 /* A program for the maps of a material, the view, the kinds of light and the depth of the octree. */
 typedef struct blend_variant {
     uint32_t maps, show, sparse_levels; /* sparse_levels 0: no light is gathered */
+    bool strict;                        /* KD_LEAK_STRICT */
     uint32_t kinds;                     /* bits: directional lights, local lights, tinted, layered */
     kd_gpu_program program;
 } blend_variant;
@@ -151,7 +152,7 @@ static bool tints(const kd_scene_store *store, const blend_item *items, uint32_t
 static kd_gpu_program make_program(kd_gpu *gpu, const blend_variant *v)
 {
     char maps[32], show[16], levels[32];
-    const char *defines[8] = {maps, show};
+    const char *defines[9] = {maps, show};
     int count = 2;
     snprintf(maps, sizeof maps, "MATERIAL_MAPS %u", v->maps);
     snprintf(show, sizeof show, "SHOW %uu", v->show);
@@ -165,7 +166,9 @@ static kd_gpu_program make_program(kd_gpu *gpu, const blend_variant *v)
     if (v->kinds & BLEND_LAYERED)
         defines[count++] = "LAYERED";
     if (v->sparse_levels > 0)
-        defines[count] = levels;
+        defines[count++] = levels;
+    if (v->strict)
+        defines[count] = "KD_LEAK_STRICT 1";
     return kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.vertex = "shaders/deferred/geometry.vert",
                                                            .fragment = "shaders/deferred/blend.frag",
                                                            .defines = defines});
@@ -177,7 +180,7 @@ static kd_gpu_program find_program(kd_gpu *gpu, blend_state *s, blend_variant wa
     for (uint32_t i = 0; i < s->variant_count; i++) {
         const blend_variant *v = &s->variants[i];
         if (v->maps == wanted.maps && v->show == wanted.show && v->kinds == wanted.kinds &&
-            v->sparse_levels == wanted.sparse_levels)
+            v->sparse_levels == wanted.sparse_levels && v->strict == wanted.strict)
             return v->program;
     }
     blend_variant *grown = realloc(s->variants, (s->variant_count + 1) * sizeof *grown);
@@ -199,7 +202,8 @@ static blend_variant frame_variant(kd_system_context *context)
     return (blend_variant){.show = frame->view < KD_SHOW_COUNT ? frame->view : KD_SHOW_FINAL,
                            .kinds = (lighting->directional_count > 0 ? 1u : 0u) |
                                     (lighting->light_count > lighting->directional_count ? 2u : 0u),
-                           .sparse_levels = gathers ? kd_tree_sparse_levels(tree) : 0};
+                           .sparse_levels = gathers ? kd_tree_sparse_levels(tree) : 0,
+                           .strict = gathers && tree->strict};
 }
 
 static void bind_scene(kd_system_context *context, bool gathers)

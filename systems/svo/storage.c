@@ -332,7 +332,7 @@ void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scen
     struct kd_tree_params p = {
         .info = {svo->cascades, scene->resolution, svo->leaf_level, svo_levels(svo)},
         .capacity = {svo->node_capacity, svo->dynamic_room, 0, 0},
-        .light = {svo->glows ? scene->brightest_emission : 0, 1 / unit, unit, 0},
+        .light = {svo->glows ? scene->brightest_emission : 0, 1 / unit, unit, svo->strict ? 1 : 0},
         .atlas = {1.0f / KD_DENSE, 1.0f / KD_DENSE, 1.0f / (float)KD_ATLAS_SLICES(svo->cascades, 6),
                   1.0f / (float)KD_ATLAS_SLICES(svo->cascades, 2)},
     };
@@ -377,6 +377,7 @@ void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxe
     tree->cascade_count = svo->cascades;
     tree->resolution = scene->resolution;
     tree->dense_resolution = KD_DENSE;
+    tree->strict = svo->strict;
     memcpy(tree->span_m, scene->span, sizeof tree->span_m);
     tree->cached_voxels = scene->cached_voxels;
     tree->static_voxels = scene->pages[KD_LAYER_STATIC].voxel_count;

@@ -65,6 +65,7 @@ static kd_status make(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
     int64_t most = kd_gpu_get_info(gpu)->max_ssbo_bytes, set = (int64_t)settings->svo_memory << 20;
     svo->most_bytes = (uint64_t)(set && set < most ? set : most);
     kd_status status = svo_make(gpu, svo, scene);
+    svo->strict = settings->light_leak == KD_LEAK_STRICT;
     bool taken = scene->build != KD_SVO_BUILD_ORDERFREE, atomic = scene->build == KD_SVO_BUILD_ATOMIC;
     if (!status && taken && !compile(gpu, state, SVO_TAKEN, SVO_PROGRAM_COUNT, atomic))
         status = KD_GPU;

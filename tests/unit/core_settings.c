@@ -93,6 +93,9 @@ static void set_takes_every_type(void **state)
     assert_int_equal(s.voxels_resolution, 256);
     assert_int_equal(kd_settings_set(&s, "view.tonemap=reinhard"), KD_OK);
     assert_int_equal(s.view_tonemap, KD_TONEMAP_REINHARD);
+    assert_int_equal(s.light_leak, KD_LEAK_DEFAULT);
+    assert_int_equal(kd_settings_set(&s, "light.leak=strict"), KD_OK);
+    assert_int_equal(s.light_leak, KD_LEAK_STRICT);
     assert_int_equal(kd_settings_set(&s, "svo.layers=one"), KD_OK);
     assert_int_equal(s.svo_layers, KD_SVO_LAYERS_ONE);
     assert_int_equal(kd_settings_set(&s, "specular.cones=off"), KD_OK);
@@ -124,6 +127,7 @@ static void set_refuses_values_outside_the_range(void **state)
     assert_refused("cones.count=17", "whole number from 3 to 16");
     assert_refused("cones.count=99999999999999999999", "from 3 to 16");
     assert_refused("light.bounces=3", "0, 1, 2 or inf");
+    assert_refused("light.leak=never", "default or strict");
 }
 
 static void set_refuses_malformed_values(void **state)
