@@ -13,19 +13,31 @@ uint32_t kd_tree_sparse_levels(const kd_tree *tree)
     return levels;
 }
 
-bool kd_tree_fit_program(kd_gpu *gpu, const kd_tree *tree, const char *path, kd_tree_program *program)
+bool kd_tree_fit_variant(kd_gpu *gpu, const kd_tree *tree, const char *path, const char *variant,
+                         kd_tree_program *program)
 {
     uint32_t levels = kd_tree_sparse_levels(tree);
-    if (program->sparse_levels == levels && program->strict == tree->strict)
+    if (program->sparse_levels == levels && program->strict == tree->strict && program->variant == variant)
         return program->program.id != 0;
     char define[32];
     snprintf(define, sizeof define, "KD_SPARSE_LEVELS %u", levels);
-    const char *defines[] = {define, tree->strict ? "KD_LEAK_STRICT 1" : NULL, NULL};
+    const char *defines[4] = {define}; /* NULL ends them */
+    uint32_t count = 1;
+    if (tree->strict)
+        defines[count++] = "KD_LEAK_STRICT 1";
+    if (variant)
+        defines[count] = variant;
     kd_gpu_destroy_program(gpu, program->program);
     program->program = kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = path, .defines = defines});
     program->sparse_levels = levels;
     program->strict = tree->strict;
+    program->variant = variant;
     return program->program.id != 0;
+}
+
+bool kd_tree_fit_program(kd_gpu *gpu, const kd_tree *tree, const char *path, kd_tree_program *program)
+{
+    return kd_tree_fit_variant(gpu, tree, path, NULL, program);
 }
 
 void kd_tree_bind(kd_gpu *gpu, const kd_tree *tree)

@@ -10,6 +10,7 @@ typedef struct kd_tree_program {
     kd_gpu_program program;
     uint32_t sparse_levels; /* 0: not compiled yet */
     bool strict;            /* KD_LEAK_STRICT: no light through thin walls */
+    const char *variant;    /* NULL, or the define that it was compiled with */
 } kd_tree_program;
 
 /** Count the sparse levels, KD_SPARSE_LEVELS of shaders that sample the tree. */
@@ -18,6 +19,10 @@ uint32_t kd_tree_sparse_levels(const kd_tree *tree);
 /** Compile `path` for the tree as it is now, unless that is done. Returns false when the program failed.
  * Threading: GPU lane */
 bool kd_tree_fit_program(kd_gpu *gpu, const kd_tree *tree, const char *path, kd_tree_program *program);
+
+/** The same with another define besides, a literal or NULL. Threading: GPU lane */
+bool kd_tree_fit_variant(kd_gpu *gpu, const kd_tree *tree, const char *path, const char *variant,
+                         kd_tree_program *program);
 
 /** Bind the tree's uniform block and textures to KD_BIND_TREE and KD_UNIT_TREE_*. Threading: GPU lane */
 void kd_tree_bind(kd_gpu *gpu, const kd_tree *tree);

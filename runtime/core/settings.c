@@ -15,6 +15,7 @@ static const char *const build_words[] = {KD_SVO_BUILD_LIST(WORD) NULL};
 static const char *const bounces_words[] = {KD_BOUNCES_LIST(WORD) NULL};
 static const char *const tiles_words[] = {KD_TILES_LIST(WORD) NULL};
 static const char *const leak_words[] = {KD_LEAK_LIST(WORD) NULL};
+static const char *const interpolation_words[] = {KD_CONES_LIST(WORD) NULL};
 static const char *const tonemap_words[] = {KD_TONEMAP_LIST(WORD) NULL};
 static const char *const channel_words[] = {KD_CHANNEL_LIST(WORD) NULL};
 static const char *const separating_words[] = {"6", "26", NULL};

@@ -15,6 +15,7 @@
 #define KD_SVO_BUILD_LIST(X)  X(ORDERFREE, "orderfree") X(ATOMIC, "atomic") X(LEVELS, "levels")
 #define KD_BOUNCES_LIST(X)    X(NONE, "0") X(ONE, "1") X(TWO, "2") X(INF, "inf")
 #define KD_LEAK_LIST(X)       X(DEFAULT, "default") X(STRICT, "strict")
+#define KD_CONES_LIST(X)      X(TRILINEAR, "trilinear") X(QUADRILINEAR, "quadrilinear") X(PAPER, "paper")
 #define KD_TONEMAP_LIST(X)    X(ACES, "aces") X(REINHARD, "reinhard") X(LINEAR, "linear")
 #define KD_TILES_LIST(X)      X(AUTO, "auto") X(ON, "on") X(OFF, "off")
 #define KD_CHANNEL_LIST(X)                                                                                   \
@@ -51,6 +52,12 @@ typedef enum kd_leak {
     KD_LEAK_LIST(KD_LEAK_ENUM)
 #undef KD_LEAK_ENUM
 } kd_leak;
+
+typedef enum kd_cones_interpolation {
+#define KD_CONES_ENUM(name, text) KD_CONES_##name,
+    KD_CONES_LIST(KD_CONES_ENUM)
+#undef KD_CONES_ENUM
+} kd_cones_interpolation;
 
 typedef enum kd_tonemap {
 #define KD_TONEMAP_ENUM(name, text) KD_TONEMAP_##name,
@@ -104,6 +111,8 @@ typedef enum kd_setting_type {
     X(F32, cones, far, 1.0f, 0.1, 1, NULL, NULL,                                                            \
       "width of a diffuse cone far from its start, of its opening there; 1: a plain cone")                   \
     X(F32, cones, step, 0.5f, 0.1, 2, NULL, "diameters", "step along a cone")                                \
+    X(ENUM, cones, interpolation, KD_CONES_TRILINEAR, 0, 2, interpolation_words, NULL,                       \
+      "in a level of the octree, between two as well, or by one march that takes the cones in turn")         \
     X(F32, cones, max_distance, 0, 0, 1e6, NULL, "m", "end of a cone; 0: the whole tree")                    \
     X(I32, cones, resolution, 2, 1, 4, NULL, "pixels", "trace every n-th pixel of both axes")                \
     X(F32, cones, refine, 0.2f, 0, 1, NULL, NULL,                                                            \

@@ -39,29 +39,56 @@ vec3 ray_of(vec3 cone, float variant)
     return normalize(cone + (gather.cone.x * SPREAD * (variant < 1.5 ? 1.0 : -1.0)) * (sideways ? across : up));
 }
 
-// Neighbours have different sets of cones; smooth.comp, whose weights add up equally over any two by two pixels, makes one set
-// of four times as many directions of them.
-vec4 trace_diffuse(vec3 place_ws, vec3 origin, vec3 normal, float span, ivec2 at)
+// Cone i of the set. Neighbours have different sets of cones; smooth.comp, whose weights add up equally over any two by two
+// pixels, makes one set of four times as many directions of them.
+struct set_cone {
+    vec3 axis, facing;
+    float weight;
+};
+
+set_cone cone_of_set(uint i, uint variant, mat3 frame)
 {
-    mat3 frame = frame_round(normal);
-    uint variant = uint((at.x & 1) + 2 * (at.y & 1));
+    vec4 cone = gather.cones[uint(KD_CONE_SETS) * i + variant];
+    vec3 axis = frame * cone.xyz;
+#ifdef KD_LEAK_STRICT
+    return set_cone(axis, axis, cone.w); // a ray that leaves a wall would let the whole cone through it
+#else
+    bool capping = i == 0u && gather.size.w > 4u && gather.light.w < 1.0; // four round the normal: different rays already
+    return set_cone(axis, capping ? axis : frame * ray_of(cone.xyz, float(variant)), cone.w);
+#endif
+}
+
+#ifdef KD_CONES_PAPER
+
+#include "shaders/cone_trace/march.glsl"
+
+#else
+
+// Every cone of the set by itself. Returns irradiance, and how much of the hemisphere is open.
+vec4 trace_set(vec3 origin, mat3 frame, uint variant, float start)
+{
     vec3 irradiance = vec3(0.0);
     float visible = 0.0;
     for (uint i = 0u; i < gather.size.w; i++) {
-        vec4 cone = gather.cones[uint(KD_CONE_SETS) * i + variant];
-#ifdef KD_LEAK_STRICT
-        vec3 axis = frame * cone.xyz, facing = axis; // a ray that leaves a wall would let the whole cone through it
-#else
-        bool capping = i == 0u && gather.size.w > 4u && gather.light.w < 1.0; // four round the normal: different rays already
-        vec3 axis = frame * cone.xyz, facing = capping ? axis : frame * ray_of(cone.xyz, float(variant));
-#endif
-        cone_result r = cone_trace(origin, axis, facing, gather.cone.x, 0.25 * span, settings());
+        set_cone cone = cone_of_set(i, variant, frame);
+        cone_result r = cone_trace(origin, cone.axis, cone.facing, gather.cone.x, start, settings());
         count_cone(i, r.samples);
-        irradiance += cone.w * (r.radiance * tree.light.z + r.transmittance * sky_cone(axis, gather.cone.x * gather.light.w));
-        visible += cone.w * (1.0 - r.occlusion);
+        irradiance += cone.weight * (r.radiance * tree.light.z + r.transmittance * sky_cone(cone.axis, gather.cone.x * gather.light.w));
+        visible += cone.weight * (1.0 - r.occlusion);
     }
-    irradiance += emitters_light(irradiance, place_ws, origin, normal, 0.25 * span, 0.05, 2u, variant, emitter_settings(settings()));
-    return vec4(irradiance * gather.light.x, clamp(1.0 - gather.light.z * (1.0 - visible), 0.0, 1.0));
+    return vec4(irradiance, visible);
+}
+
+#endif
+
+vec4 trace_diffuse(vec3 place_ws, vec3 origin, vec3 normal, float span, ivec2 at)
+{
+    uint variant = uint((at.x & 1) + 2 * (at.y & 1));
+    float start = 0.25 * span;
+    vec4 set = trace_set(origin, frame_round(normal), variant, start);
+    vec3 irradiance = set.rgb;
+    irradiance += emitters_light(irradiance, place_ws, origin, normal, start, 0.05, 2u, variant, emitter_settings(settings()));
+    return vec4(irradiance * gather.light.x, clamp(1.0 - gather.light.z * (1.0 - set.a), 0.0, 1.0));
 }
 
 // The cone that holds most of a GGX lobe: its half angle grows with roughness squared (half of the lobe's energy lies within

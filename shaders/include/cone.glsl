@@ -1,7 +1,15 @@
 // Tracing one cone through the octree, front to back, as emission and absorption: over a step of length s through matter of
 // optical depth d per metre and radiance S, the light gained is T (1 - exp(-d s)) S and T falls by exp(-d s).
 
+//
+// Programs may be compiled for other forms of sampling: KD_CONES_QUADRILINEAR interpolates between levels too, KD_CONES_PAPER
+// takes the sample before for the other level; shaders/cone_trace/march.glsl has what else it means.
+
 #include "shaders/include/tree.glsl"
+
+#if !defined(KD_CONES_QUADRILINEAR) && !defined(KD_CONES_PAPER)
+#define KD_CONES_TRILINEAR
+#endif
 
 // Cells are half as large as the cone is wide, since linear interpolation makes every cell reach over two edge lengths. With
 // steps of half a diameter a sample then falls on every cell length, and the interpolated depths of a wall add up exactly.
@@ -18,6 +26,11 @@ const float CONE_LEAST = 0.0001, CONE_DENSITY = 3.0;
 #else
 const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0;
 #endif
+#ifdef KD_CONES_PAPER
+const int CONE_MOST_SAMPLES = 4096; // those of all cones
+#else
+const int CONE_MOST_SAMPLES = 256;
+#endif
 
 struct cone_settings {
     float step;         // in diameters
@@ -32,7 +45,25 @@ struct cone_result {
     float transmittance;
     float occlusion;    // weighted by 1 / (1 + falloff t)
     int samples;
+#ifdef KD_CONES_PAPER
+    vec4 before; // the last sample
+    int lod_before;
+#endif
 };
+
+cone_result cone_begin()
+{
+    cone_result r;
+    r.radiance = vec3(0.0);
+    r.transmittance = 1.0;
+    r.occlusion = 0.0;
+    r.samples = 0;
+#ifdef KD_CONES_PAPER
+    r.before = vec4(0.0);
+    r.lod_before = -1;
+#endif
+    return r;
+}
 
 // Where the next sample of a cone lies.
 struct cone_place {
@@ -40,6 +71,9 @@ struct cone_place {
     float diameter, stride;
     int cascade, lod;
     bool goes_on, sparse; // sparse: below the dense levels
+#ifndef KD_CONES_TRILINEAR
+    float level; // that the diameter asks for, between whole ones
+#endif
 };
 
 cone_place cone_place_at(float t, cone_result so_far, vec3 origin_ws, vec3 direction, float tan_half, cone_settings settings)
@@ -48,13 +82,69 @@ cone_place cone_place_at(float t, cone_result so_far, vec3 origin_ws, vec3 direc
     float span = tree.cascade[0].w, wide = 2.0 * tan_half * t;
     o.p_ws = origin_ws + direction * t;
     o.cascade = tree_cascade_at(o.p_ws, 0.5);
-    o.goes_on = o.cascade < tree_cascades() && t <= settings.max_distance && so_far.transmittance >= CONE_LEAST && so_far.samples < 256;
+    o.goes_on = o.cascade < tree_cascades() && t <= settings.max_distance && so_far.transmittance >= CONE_LEAST && so_far.samples < CONE_MOST_SAMPLES;
     float own_span = span * float(1 << o.cascade), narrowed = max(min(wide, CONE_NEAR_WIDTH * own_span), settings.far * wide);
     o.diameter = max(narrowed, settings.least * own_span);
     o.stride = settings.step * o.diameter * (wide > CONE_NEAR_WIDTH * own_span && settings.far < 1.0 ? 1.6 : 1.0);
+#ifdef KD_CONES_TRILINEAR
     o.lod = max(int(floor(log2(o.diameter / span) - CONE_SHARPNESS + 0.5)), o.cascade);
+#else
+    o.level = max(log2(o.diameter / span) - CONE_SHARPNESS, float(o.cascade));
+#ifdef KD_CONES_QUADRILINEAR
+    o.lod = int(floor(o.level)); // and the level above
+#else
+    o.lod = int(floor(o.level + 0.5));
+#endif
+#endif
     o.sparse = tree_is_sparse(o.cascade, o.lod);
     return o;
+}
+
+#ifdef KD_CONES_QUADRILINEAR
+// Between two levels, trilinear in both: 16 cells (brute force).
+vec4 cone_between(cone_place at, vec4 fine, vec3 facing)
+{
+    float share = at.level - float(at.lod);
+    if (share <= 0.0)
+        return fine;
+    int above = at.lod + 1;
+    vec4 coarse = tree_is_sparse(at.cascade, above) ? tree_sample_sparse(at.cascade, above, at.p_ws, facing)
+                                                    : tree_sample_wide(at.cascade, above, at.p_ws, facing);
+    return mix(fine, coarse, share);
+}
+#elif defined(KD_CONES_PAPER)
+// A level that is new stands between itself and the one below, of which the sample before this one was taken (Yalciner 2016,
+// section 4.1).
+vec4 cone_after(inout cone_result r, cone_place at, vec4 v)
+{
+    float share = r.lod_before >= 0 && r.lod_before < at.lod ? clamp(float(at.lod) - at.level, 0.0, 0.5) : 0.0;
+    vec4 both = mix(v, r.before, share);
+    r.before = v;
+    r.lod_before = at.lod;
+    return both;
+}
+#endif
+
+vec4 cone_sample_sparse(inout cone_result r, cone_place at, vec3 facing)
+{
+    vec4 v = tree_sample_sparse(at.cascade, at.lod, at.p_ws, facing);
+#ifdef KD_CONES_QUADRILINEAR
+    v = cone_between(at, v, facing);
+#elif defined(KD_CONES_PAPER)
+    v = cone_after(r, at, v);
+#endif
+    return v;
+}
+
+vec4 cone_sample_wide(inout cone_result r, cone_place at, vec3 facing)
+{
+    vec4 v = tree_sample_wide(at.cascade, at.lod, at.p_ws, facing);
+#ifdef KD_CONES_QUADRILINEAR
+    v = cone_between(at, v, facing);
+#elif defined(KD_CONES_PAPER)
+    v = cone_after(r, at, v);
+#endif
+    return v;
 }
 
 // v: what the sample at t gave.
@@ -80,19 +170,19 @@ void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_setting
 // of their own, which end at their ends.
 cone_result cone_trace(vec3 origin_ws, vec3 direction, vec3 facing, float tan_half, float start, cone_settings settings)
 {
-    cone_result r = cone_result(vec3(0.0), 1.0, 0.0, 0);
+    cone_result r = cone_begin();
     float t = start;
     cone_place at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
     do {
         do {
             if (at.goes_on && at.sparse) {
-                cone_step(r, t, tree_sample_sparse(at.cascade, at.lod, at.p_ws, facing), at.stride, settings);
+                cone_step(r, t, cone_sample_sparse(r, at, facing), at.stride, settings);
                 at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
             }
         } while (at.goes_on && at.sparse);
         do {
             if (at.goes_on && !at.sparse) {
-                cone_step(r, t, tree_sample_wide(at.cascade, at.lod, at.p_ws, facing), at.stride, settings);
+                cone_step(r, t, cone_sample_wide(r, at, facing), at.stride, settings);
                 at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
             }
         } while (at.goes_on && !at.sparse);

@@ -71,7 +71,7 @@ static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tr
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
                  kd_tree_cone_length(tree, s), s->cones_start},
         .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, s->cones_far},
-        .flags = {s->specular_cones ? 1u : 0u, 0, 0, 0},
+        .flags = {s->specular_cones ? 1u : 0u, 0, (uint32_t)s->cones_interpolation, 0},
         .refine = {s->cones_refine, 0, 0, 0},
     };
     kd_cone_set_make(p.cones, p.size.w, CONE_TILT, s->cones_far < 1 ? CAP_TILT : 0);
@@ -217,14 +217,18 @@ static bool fit_refinement(kd_gpu *gpu, gather_state *state, const kd_settings *
            kd_gpu_fit_work_list(gpu, &state->smooth_items, pixels, "gi.smooth") == KD_OK;
 }
 
-static bool fit_programs(kd_gpu *gpu, gather_state *state, const kd_tree *tree)
+static bool fit_programs(kd_gpu *gpu, gather_state *state, const kd_tree *tree, int32_t interpolation)
 {
     static const char *const paths[2][2] = {
         {"shaders/cone_trace/gather.comp", "shaders/cone_trace/gather_list.comp"},
         {"shaders/cone_trace/gather_counted.comp", "shaders/cone_trace/gather_list_counted.comp"}};
+    static const char *const variants[] = {[KD_CONES_TRILINEAR] = NULL,
+                                           [KD_CONES_QUADRILINEAR] = "KD_CONES_QUADRILINEAR",
+                                           [KD_CONES_PAPER] = "KD_CONES_PAPER"};
+    const char *variant = variants[interpolation];
     bool c = state->counts;
-    return tree->radiance.id && kd_tree_fit_program(gpu, tree, paths[c][0], &state->gather[c]) &&
-           kd_tree_fit_program(gpu, tree, paths[c][1], &state->gather_list[c]);
+    return tree->radiance.id && kd_tree_fit_variant(gpu, tree, paths[c][0], variant, &state->gather[c]) &&
+           kd_tree_fit_variant(gpu, tree, paths[c][1], variant, &state->gather_list[c]);
 }
 
 /* Begin to count, when that is asked for. */
@@ -283,7 +287,7 @@ static void run(kd_system_context *context)
     uint32_t n = (uint32_t)frame->settings.cones_resolution;
     state->counts = frame->settings.cones_counters || frame->view == KD_VIEW_COST;
     gi->counted = false;
-    if (!fit_programs(gpu, state, tree))
+    if (!fit_programs(gpu, state, tree, frame->settings.cones_interpolation))
         return;
     fit_targets(gpu, gi, frame->width, frame->height);
     begin_counts(gpu, state, gi);

@@ -1,0 +1,71 @@
+// All diffuse cones in one march: each step samples one of them, in turn, so that the samples lie on a spiral round the normal.
+// Every cone keeps what it has let through; with one transmittance for all, what is open beside a wall would close with it.
+// A round of the march is as long as a step of a cone that is traced alone: fewer samples let light through walls. Whoever wants
+// one sample a step as the source has it makes steps longer by the number of cones.
+// Source: Yalciner 2016, section 4.6.
+
+// Neighbouring pixels are at other cones of the set in the same step.
+uint march_turn(int step, uint variant) { return (uint(step) + variant * gather.size.w / 4u) % gather.size.w; }
+
+// v: what the sample of cone i at t gave, which stands for a round of the march, s long.
+void march_step(inout cone_result all, inout float through[KD_MAX_CONES], float t, uint i, float weight, vec4 v, float s, float falloff)
+{
+    float lost = through[i] * (1.0 - exp(-v.a * s)), gained = weight * lost;
+    if (v.a > 0.0)
+        all.radiance += gained * (v.rgb / v.a);
+    all.occlusion += gained / (1.0 + falloff * t);
+    all.transmittance -= gained;
+    through[i] -= lost;
+    all.samples++;
+}
+
+// Returns what all cones together give, `through` what each lets pass. Loops as in cone_trace (shaders/include/cone.glsl).
+cone_result march_cones(out float through[KD_MAX_CONES], vec3 origin_ws, mat3 frame, uint variant, float start, cone_settings settings)
+{
+    // Diameters grow with t, and so do steps: of each a share that makes a round as long as a cone's own step.
+    float tan_half = gather.cone.x, t = start, growth = 2.0 * tan_half * settings.far * settings.step;
+    float share = (pow(1.0 + growth, 1.0 / float(gather.size.w)) - 1.0) / growth;
+    for (int i = 0; i < KD_MAX_CONES; i++)
+        through[i] = 1.0;
+    cone_result r = cone_begin();
+    uint turn = march_turn(0, variant);
+    set_cone cone = cone_of_set(turn, variant, frame);
+    cone_place at = cone_place_at(t, r, origin_ws, cone.axis, tan_half, settings);
+    do {
+        do {
+            if (at.goes_on && at.sparse) {
+                vec4 v = cone_sample_sparse(r, at, cone.facing);
+                march_step(r, through, t, turn, cone.weight, v, at.stride, settings.falloff);
+                t += share * at.stride;
+                turn = march_turn(r.samples, variant);
+                cone = cone_of_set(turn, variant, frame);
+                at = cone_place_at(t, r, origin_ws, cone.axis, tan_half, settings);
+            }
+        } while (at.goes_on && at.sparse);
+        do {
+            if (at.goes_on && !at.sparse) {
+                vec4 v = cone_sample_wide(r, at, cone.facing);
+                march_step(r, through, t, turn, cone.weight, v, at.stride, settings.falloff);
+                t += share * at.stride;
+                turn = march_turn(r.samples, variant);
+                cone = cone_of_set(turn, variant, frame);
+                at = cone_place_at(t, r, origin_ws, cone.axis, tan_half, settings);
+            }
+        } while (at.goes_on && !at.sparse);
+    } while (at.goes_on);
+    return r;
+}
+
+// Every cone of the set, in turn. Returns irradiance, and how much of the hemisphere is open.
+vec4 trace_set(vec3 origin_ws, mat3 frame, uint variant, float start)
+{
+    float through[KD_MAX_CONES];
+    cone_result r = march_cones(through, origin_ws, frame, variant, start, settings());
+    count_cone(0u, r.samples);
+    vec3 sky = vec3(0.0);
+    for (uint i = 0u; i < gather.size.w; i++) {
+        set_cone cone = cone_of_set(i, variant, frame);
+        sky += cone.weight * through[i] * sky_cone(cone.axis, gather.cone.x * gather.light.w);
+    }
+    return vec4(r.radiance * tree.light.z + sky, 1.0 - r.occlusion);
+}
