@@ -164,7 +164,8 @@ bool light_sources_jumped(light_sources *s, kd_world *world)
     add_skies(s, kd_singleton(world, kd_frame), width);
     if (scene->brightest_emission > 0)
         add_glowing(s, scene, kd_singleton(world, kd_scene_store));
-    qsort(s->now, s->now_count, sizeof *s->now, by_key);
+    if (s->now_count > 1) /* an empty list has no address, and qsort takes none */
+        qsort(s->now, s->now_count, sizeof *s->now, by_key);
     float was = total(s->before, s->before_count), is = total(s->now, s->now_count), whole = fmaxf(was, is);
     bool jumped =
         s->compared && (fabsf(is - was) > SHARE_DRIFT * whole || jumps(s, width) > SHARE_SEEN * whole);
