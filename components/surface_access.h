@@ -10,6 +10,14 @@
 
 enum { KD_SURFACE_KINDS = 32 };
 
+/* Resources of a system that calls kd_surface_bind and kd_surface_bind_gathered. */
+#define KD_SURFACE_RESOURCES                                                                                 \
+    {"gbuffer", KD_USE_SAMPLED}, {"blended", KD_USE_SAMPLED}, {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},      \
+        {"shadow.maps", KD_USE_SAMPLED}, {"lights.uniform", KD_USE_UNIFORM},                                 \
+    {                                                                                                        \
+        "gi", KD_USE_SAMPLED                                                                                 \
+    }
+
 /** Get the kinds of this frame. */
 uint32_t kd_surface_kinds(const kd_gbuffer *g, const kd_lighting *lighting);
 /** Write the defines of some kinds, at most 5, to `out`. Returns how many. */

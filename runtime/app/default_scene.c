@@ -110,6 +110,14 @@ static void add_lamps(app_scene *scene, const app_survey *s)
     }
 }
 
+static void add_light(app_scene *scene, const app_survey *s)
+{
+    if (s->roof > 0)
+        add_lamps(scene, s);
+    else
+        add_sun(scene, s);
+}
+
 static float clamp(float x, float low, float high)
 {
     return x < low ? low : x > high ? high : x;
@@ -155,7 +163,7 @@ kd_status app_scene_load_model(app_scene *scene, const app_options *options)
     if (!survey.has_camera)
         frame_model(scene, &survey);
     if (!survey.has_light && !app_survey_lit_by_itself(&survey))
-        survey.roof > 0 ? add_lamps(scene, &survey) : add_sun(scene, &survey);
+        add_light(scene, &survey);
     if (!survey.hall && !survey.open_box && !survey.has_animation && !survey.has_camera)
         scene->turntable = root;
     return KD_OK;

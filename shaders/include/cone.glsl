@@ -100,22 +100,23 @@ cone_place cone_place_at(float t, cone_result so_far, vec3 origin_ws, vec3 direc
     return o;
 }
 
-#ifdef KD_CONES_QUADRILINEAR
+// The sample at a place joined with another level, as the form of sampling has it. v: what its own level gave.
+#if defined(KD_CONES_QUADRILINEAR)
 // Between two levels, trilinear in both: 16 cells (brute force).
-vec4 cone_between(cone_place at, vec4 fine, vec3 facing)
+vec4 cone_join_levels(inout cone_result r, cone_place at, vec3 facing, vec4 v)
 {
     float share = at.level - float(at.lod);
     if (share <= 0.0)
-        return fine;
+        return v;
     int above = at.lod + 1;
     vec4 coarse = tree_is_sparse(at.cascade, above) ? tree_sample_sparse(at.cascade, above, at.p_ws, facing)
                                                     : tree_sample_wide(at.cascade, above, at.p_ws, facing);
-    return mix(fine, coarse, share);
+    return mix(v, coarse, share);
 }
 #elif defined(KD_CONES_PAPER)
 // A level that is new stands between itself and the one below, of which the sample before this one was taken (Yalciner 2016,
 // section 4.1).
-vec4 cone_after(inout cone_result r, cone_place at, vec4 v)
+vec4 cone_join_levels(inout cone_result r, cone_place at, vec3 facing, vec4 v)
 {
     float share = r.lod_before >= 0 && r.lod_before < at.lod ? clamp(float(at.lod) - at.level, 0.0, 0.5) : 0.0;
     vec4 both = mix(v, r.before, share);
@@ -123,34 +124,27 @@ vec4 cone_after(inout cone_result r, cone_place at, vec4 v)
     r.lod_before = at.lod;
     return both;
 }
+#else
+vec4 cone_join_levels(inout cone_result r, cone_place at, vec3 facing, vec4 v) { return v; }
 #endif
 
 vec4 cone_sample_sparse(inout cone_result r, cone_place at, vec3 facing)
 {
-    vec4 v = tree_sample_sparse(at.cascade, at.lod, at.p_ws, facing);
-#ifdef KD_CONES_QUADRILINEAR
-    v = cone_between(at, v, facing);
-#elif defined(KD_CONES_PAPER)
-    v = cone_after(r, at, v);
-#endif
-    return v;
+    return cone_join_levels(r, at, facing, tree_sample_sparse(at.cascade, at.lod, at.p_ws, facing));
 }
 
 vec4 cone_sample_wide(inout cone_result r, cone_place at, vec3 facing)
 {
-    vec4 v = tree_sample_wide(at.cascade, at.lod, at.p_ws, facing);
-#ifdef KD_CONES_QUADRILINEAR
-    v = cone_between(at, v, facing);
-#elif defined(KD_CONES_PAPER)
-    v = cone_after(r, at, v);
-#endif
-    return v;
+    return cone_join_levels(r, at, facing, tree_sample_wide(at.cascade, at.lod, at.p_ws, facing));
 }
+
+// Share of light that gets through what a sample stands for, s long.
+float cone_through(vec4 v, float s) { return exp(-v.a * (s * CONE_DENSITY)); }
 
 // v: what the sample at t gave.
 void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_settings settings)
 {
-    float through = exp(-v.a * (s * CONE_DENSITY));
+    float through = cone_through(v, s);
     float gained = r.transmittance * (1.0 - through);
     if (v.a > 0.0)
         r.radiance += gained * (v.rgb / v.a);
