@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "systems/voxel_pages/placement.h"
+
 /* A box of dense cells, from the world's origin. */
 typedef struct span_box {
     int32_t low[3], high[3];
@@ -143,6 +145,20 @@ void stale_add(stale_parts *stale, const kd_voxel_scene *scene, uint32_t c, kd_v
             return;
     }
     push(stale, scene, c, b, true);
+}
+
+kd_voxel_layer voxel_layer_of(const kd_voxel_scene *scene, const kd_voxel_object *o)
+{
+    return o->dynamic || scene->one_layer ? KD_LAYER_DYNAMIC : KD_LAYER_STATIC;
+}
+
+void stale_note(stale_parts *stale, const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c,
+                bool comes)
+{
+    if (voxel_layer_of(scene, o) == KD_LAYER_STATIC &&
+        (comes ? placement_included(scene, c, o->placed_min_ws, o->placed_max_ws)
+               : placement_includes(scene, c, o->placed_min_ws, o->placed_max_ws)))
+        stale_add(stale, scene, c, o->placed_min_ws, o->placed_max_ws);
 }
 
 void stale_add_all(stale_parts *stale, const kd_voxel_scene *scene)

@@ -22,6 +22,14 @@ kd_status stale_begin(stale_parts *stale, const kd_voxel_scene *scene);
  */
 void stale_add(stale_parts *stale, const kd_voxel_scene *scene, uint32_t c, kd_vec3 low, kd_vec3 high);
 
+/** The layer in whose pages the object's voxels lie. */
+kd_voxel_layer voxel_layer_of(const kd_voxel_scene *scene, const kd_voxel_object *object);
+
+/** The object comes to cascade c or leaves it: if it is static, and not brought or left behind by the move of
+ * the cascade alone, whose own doing is noted already, its place is stale. */
+void stale_note(stale_parts *stale, const kd_voxel_scene *scene, const kd_voxel_object *object, uint32_t c,
+                bool comes);
+
 /** All of it is stale. */
 void stale_add_all(stale_parts *stale, const kd_voxel_scene *scene);
 
