@@ -133,15 +133,15 @@ static void wander(uint32_t resolution, uint32_t cascades, uint64_t seed, int st
 
 static void kept_tree_of_one_cascade_is_a_fresh_one(void **state)
 {
-    (void)state, wander(128, 1, 11, 16);
+    (void)state, wander(128, 1, 11, 12);
 }
 static void kept_tree_of_three_cascades_is_a_fresh_one(void **state)
 {
-    (void)state, wander(128, 3, 12, 24);
+    (void)state, wander(128, 3, 12, 16);
 }
 static void kept_tree_of_two_sparse_levels_is_a_fresh_one(void **state)
 {
-    (void)state, wander(256, 2, 13, 12);
+    (void)state, wander(256, 2, 13, 8);
 }
 
 /* Nested boxes come and go. What had their nodes goes back, and what is left gets other numbers: the tree
