@@ -34,10 +34,11 @@ typedef struct kd_svo {
     uint32_t layer_words;                    /* mask words of one layer: all cascades */
     uint32_t mask_first[KD_MAX_NODE_LEVELS]; /* first word of level 6 + i in level_masks */
     uint32_t mask_words[KD_MAX_NODE_LEVELS];
-    uint32_t node_capacity;      /* nodes a level: stride of nodes, data and parts of the book */
-    uint32_t sum_capacity;       /* cells */
-    uint32_t dynamic_capacity;   /* leaf parents with dynamic cells */
-    uint32_t dynamic_room;       /* of these in use; ranks beyond have no cells */
+    uint32_t node_room[KD_MAX_NODE_LEVELS]; /* nodes of level 6 + i that there is room for */
+    uint32_t node_capacity;                 /* of the leaf parents */
+    uint32_t sum_capacity;                  /* cells */
+    uint32_t dynamic_capacity;              /* leaf parents with dynamic cells */
+    uint32_t dynamic_room;                  /* of these in use; ranks beyond have no cells */
     uint32_t fresh_words;        /* room in `fresh`: words of its mask, and where its ranks begin */
     bool strict;                 /* `light.leak=strict` when it was made */
     uint64_t most_bytes;         /* of any one buffer that grows */
@@ -68,6 +69,23 @@ typedef struct kd_svo {
     kd_gpu_texture atlas_view, depths_view; /* the same as they are sampled */
 } kd_svo;
 KD_COMPONENT_DECLARE(kd_svo);
+
+/* Nodes that there is room for on the levels from `first` on, above level `end`, both counted from the dense
+ * one: an entry's place in tables of all levels. */
+static inline uint32_t kd_svo_nodes_before(const kd_svo *svo, uint32_t first, uint32_t end)
+{
+    uint32_t nodes = 0;
+    for (uint32_t l = first; l < end; l++)
+        nodes += svo->node_room[l];
+    return nodes;
+}
+
+/* First entry of the filtered data of level l >= 1, counted from the dense one; dense cells have theirs in
+ * textures. */
+static inline uint32_t kd_svo_data_first(const kd_svo *svo, uint32_t l)
+{
+    return kd_svo_nodes_before(svo, 1, l);
+}
 
 /* Words of a mask of leaf parents. */
 static inline uint32_t kd_svo_parent_words(const kd_svo *svo)

@@ -14,9 +14,10 @@ typedef struct tree_copy {
     uint32_t *numbers[KD_MAX_NODE_LEVELS]; /* [count], of these nodes */
     uint32_t *still;                       /* [layer_words]: mask of the static layer */
     uint32_t *leaves, *surface, *emission; /* by number of the leaf parent: 8 x 2 words each */
-    uint32_t *data;                        /* by number: 2 words, levels from 1 on, `capacity` a level */
+    uint32_t *data;                        /* by number: 2 words, levels from 1 on */
     uint32_t *nodes, *index;
-    uint32_t capacity;
+    uint32_t capacity, room[KD_MAX_NODE_LEVELS], data_first[KD_MAX_NODE_LEVELS],
+        child_first[KD_MAX_NODE_LEVELS];
     uint32_t *atlas, *depths; /* words of the dense levels' radiance and depths */
     size_t atlas_words, depth_words;
 } tree_copy;
@@ -39,7 +40,11 @@ static inline uint32_t tree_find(const tree_copy *t, uint32_t l, uint32_t code)
 static inline void tree_read_level(voxel_world *v, tree_copy *t, uint32_t l)
 {
     const kd_svo *svo = voxel_svo(v);
-    uint32_t cap = svo->node_capacity, at = 0, live = 0;
+    uint32_t cap = svo->node_room[l], at = 0, live = 0;
+    t->room[l] = cap;
+    t->data_first[l] = l > 0 ? kd_svo_data_first(svo, l) : 0;
+    t->child_first[l] = 8 * kd_svo_nodes_before(svo, 0, l);
+    assert_int_equal((&svo->places.child.x)[l], t->child_first[l]);
     t->words[l] = svo->mask_words[l];
     t->masks[l] =
         voxel_read(svo->level_masks[svo->current], (size_t)svo->mask_first[l] * 4, (size_t)t->words[l] * 4);
@@ -72,13 +77,13 @@ static inline void tree_assert_books(voxel_world *v, const tree_copy *t)
     kd_gpu_read_buffer(voxel_gpu, svo->counters, 0, counts, sizeof counts);
     for (uint32_t l = 0; l < t->levels; l++) {
         uint32_t free_count = counts[KD_COUNT_FREE + l], nodes = 0;
-        assert_int_equal(free_count + t->count[l], t->capacity);
-        uint8_t *taken = calloc(t->capacity, 1);
+        assert_int_equal(free_count + t->count[l], t->room[l]);
+        uint8_t *taken = calloc(t->room[l], 1);
         uint32_t *stack = voxel_read(svo->book, (size_t)(&svo->places.free.x)[l] * 4, (size_t)free_count * 4);
         for (uint32_t i = 0; i < t->count[l]; i++)
             taken[t->numbers[l][i]] = 1;
         for (uint32_t i = 0; i < free_count; i++) {
-            assert_in_range(stack[i], 0, t->capacity - 1);
+            assert_in_range(stack[i], 0, t->room[l] - 1);
             assert_int_equal(taken[stack[i]], 0);
             taken[stack[i]] = 1;
         }
@@ -111,7 +116,7 @@ static inline void tree_assert_links(const tree_copy *t)
         for (uint32_t i = 0; i < t->count[l]; i++)
             for (uint32_t k = 0; k < 8; k++) {
                 uint32_t code = t->codes[l][i] * 8 + k;
-                uint32_t got = t->nodes[((size_t)l * t->capacity + t->numbers[l][i]) * 8 + k];
+                uint32_t got = t->nodes[t->child_first[l] + (size_t)t->numbers[l][i] * 8 + k];
                 bool there = (t->masks[l + 1][code >> 5] >> (code & 31) & 1u) != 0;
                 assert_int_equal(got, there ? t->numbers[l + 1][tree_find(t, l + 1, code)] : KD_EMPTY);
             }
@@ -121,7 +126,7 @@ static inline void tree_assert_links(const tree_copy *t)
 static inline tree_copy tree_read(voxel_world *v)
 {
     const kd_svo *svo = voxel_svo(v);
-    uint32_t levels = svo->leaf_level - KD_DENSE_LOG2, inner = levels > 1 ? levels - 1 : 1;
+    uint32_t levels = svo->leaf_level - KD_DENSE_LOG2;
     size_t cap = svo->node_capacity;
     tree_copy t = {.levels = levels,
                    .cascades = svo->cascades,
@@ -134,8 +139,8 @@ static inline tree_copy tree_read(voxel_world *v)
     t.surface = voxel_read(svo->static_surface, 0, cap * 64);
     t.emission = svo->glows ? voxel_read(svo->static_emission, 0, cap * 64) : calloc(cap, 64);
     assert_non_null(t.emission);
-    t.data = voxel_read(svo->data, 0, inner * cap * 8);
-    t.nodes = voxel_read(svo->nodes, 0, inner * cap * 32);
+    t.data = voxel_read(svo->data, 0, (size_t)kd_svo_data_first(svo, levels) * 8);
+    t.nodes = voxel_read(svo->nodes, 0, (size_t)kd_svo_nodes_before(svo, 0, levels - 1) * 32);
     t.index = voxel_read(svo->index, 0, (size_t)svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE * 4);
     t.atlas_words = (size_t)KD_DENSE * KD_DENSE * KD_ATLAS_SLICES(svo->cascades, 6);
     t.depth_words = (size_t)KD_DENSE * KD_DENSE * KD_ATLAS_SLICES(svo->cascades, 2);
@@ -209,8 +214,8 @@ static inline void tree_assert_same(const tree_copy *a, const tree_copy *b, bool
     tree_assert_same_leaves(a, b, lit);
     for (uint32_t l = 1; l < a->levels && lit; l++)
         for (uint32_t i = 0; i < a->count[l]; i++) {
-            const uint32_t *x = a->data + 2 * ((size_t)(l - 1) * a->capacity + a->numbers[l][i]);
-            const uint32_t *y = b->data + 2 * ((size_t)(l - 1) * b->capacity + b->numbers[l][i]);
+            const uint32_t *x = a->data + 2 * ((size_t)a->data_first[l] + a->numbers[l][i]);
+            const uint32_t *y = b->data + 2 * ((size_t)b->data_first[l] + b->numbers[l][i]);
             if (memcmp(x, y, 8) != 0)
                 fail_msg("level %u, node %x: %08x %08x, expected %08x %08x", l, a->codes[l][i], x[0], x[1],
                          y[0], y[1]);

@@ -19,7 +19,7 @@ uint dense_place(uint code)
 
 uint child_place(uint level, uint parent, uint code)
 {
-    return (level - 1u) * 8u * places.size.x + parent * 8u + (code & 7u);
+    return places.child[level - 1u] + parent * 8u + (code & 7u);
 }
 
 // Number of a node of `level`, KD_EMPTY when there is none.

@@ -123,7 +123,7 @@ struct kd_tree_params {
     /* ---- 144 */
     uvec4 node_offset;   /* x: level 6, y: 7 …: first word of the level's child words in the node table */
     uvec4 data_offset;   /* x: level 7, y: 8 …: first entry of the level's filtered data */
-    uvec4 capacity;      /* x: nodes a level, y: dynamic cells */
+    uvec4 capacity;      /* x: leaf parents, y: those with dynamic cells */
     /* ---- 192 */
     vec4 light;          /* x: radiance of KD_EMISSION_ONE, y: factor on radiance while it is stored, z: 1 / y, w: 1 when `light.leak` is strict */
     /* ---- 208 */
@@ -143,10 +143,12 @@ struct kd_svo_places {
     uvec4 changed;       /* bits of what is to be filtered; x: by code, y …: by number */
     uvec4 others;        /* x: bits of dense cells that hold something, y: bits, z: lists of cells that a finer cascade fills, w: list of touched leaf parents */
     uvec4 words;         /* x: list of mask words in which nodes go or come, y: bits of cells above the outermost cascade that hold something, z: list of those to be filtered, w: list of mask words with touched leaf parents */
-    uvec4 size;          /* x: nodes a level, y: levels, z: words of a layer's mask, w: cascades */
-    /* ---- 128 */
+    uvec4 size;          /* x: leaf parents that there is room for, y: levels, z: words of a layer's mask, w: cascades */
+    uvec4 room;          /* nodes of the levels that there is room for */
+    uvec4 child;         /* of the levels: first word of their nodes' child words in the node table */
+    /* ---- 160 */
 };
-KD_LAYOUT_CHECK(kd_svo_places, 128)
+KD_LAYOUT_CHECK(kd_svo_places, 160)
 #define KD_DENSE_WORDS 8192u      /* bits of the dense cells of a cascade */
 #define KD_UP_CELLS 32768u        /* dense cells of a cascade that the next finer one fills */
 

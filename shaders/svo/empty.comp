@@ -7,12 +7,12 @@ layout(local_size_x = 64) in;
 void main()
 {
     uint n = linear_index();
-    if (n >= places.size.x)
-        return;
     for (uint level = 0u; level < places.size.y; level++) {
+        if (n >= places.room[level])
+            continue;
         book[places.codes[level] + n] = KD_EMPTY;
-        book[places.free[level] + n] = places.size.x - 1u - n;
+        book[places.free[level] + n] = places.room[level] - 1u - n;
         if (n == 0u)
-            counters[KD_COUNT_FREE + level] = places.size.x;
+            counters[KD_COUNT_FREE + level] = places.room[level];
     }
 }

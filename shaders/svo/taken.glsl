@@ -14,7 +14,7 @@ uint taken_leaf_place(uint number, uint code)
 uint taken_number(uint level)
 {
     uint number = atomicAdd(counters[KD_COUNT_NEED + level], 1u);
-    return number < places.size.x ? number : KD_EMPTY;
+    return number < places.room[level] ? number : KD_EMPTY;
 }
 
 // Number of a cell in the sums, of which there are `room`.

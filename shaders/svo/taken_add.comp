@@ -48,7 +48,7 @@ layout(binding = 0) uniform samplerBuffer objects; // rgba32f, eight an object
 
 uint take_node(uint level, uint code)
 {
-    if (counters[KD_COUNT_NEED + level] > places.size.x)
+    if (counters[KD_COUNT_NEED + level] > places.room[level])
         return KD_EMPTY;
     uint number = taken_number(level);
     if (number != KD_EMPTY)

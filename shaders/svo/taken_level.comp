@@ -27,7 +27,7 @@ void main()
         return;
     }
     uint parent = n >> 3;
-    if (parent >= min(counters[KD_COUNT_NEED + level - 1u], places.size.x))
+    if (parent >= min(counters[KD_COUNT_NEED + level - 1u], places.room[level - 1u]))
         return;
     if (level == places.size.y) {
         uint place = taken_leaf_place(parent, n);

@@ -26,7 +26,7 @@ void list(uint level, uint number, uint count)
 
 void main()
 {
-    uint number = linear_index(), level = pass.x, count = min(counters[KD_COUNT_NEED + level], places.size.x);
+    uint number = linear_index(), level = pass.x, count = min(counters[KD_COUNT_NEED + level], places.room[level]);
     uint local = gl_LocalInvocationIndex;
     if (local < KD_MAX_CASCADES)
         in_cascade[local] = 0u;

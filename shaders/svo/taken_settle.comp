@@ -10,8 +10,8 @@ void main()
 {
     uint levels = places.size.y;
     for (uint level = 0u; level < levels; level++) {
-        uint taken = min(counters[KD_COUNT_NEED + level], places.size.x);
-        counters[KD_COUNT_FREE + level] = places.size.x - taken;
+        uint taken = min(counters[KD_COUNT_NEED + level], places.room[level]);
+        counters[KD_COUNT_FREE + level] = places.room[level] - taken;
         if (level > 0u)
             counters[KD_COUNT_CHANGED + level] = taken;
         if (level + 1u == levels)

@@ -20,7 +20,7 @@ static void take(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const k
     uint32_t pass[4] = {level, svo->dynamic_room, 0, 0};
     uint32_t dense_groups = svo->cascades * (KD_DENSE * KD_DENSE * KD_DENSE / 64);
     if (level > 0)
-        svo_args(gpu, state, svo, KD_COUNT_NEED + level - 1, svo->node_capacity, 8, KD_ARGS_LIST);
+        svo_args(gpu, state, svo, KD_COUNT_NEED + level - 1, svo->node_room[level - 1], 8, KD_ARGS_LIST);
     svo_bind_taken(gpu, svo, scene);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     if (level > 0)

@@ -37,7 +37,7 @@ static void finish(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
              pack[4] = {svo->dynamic_room, levels - 1, 0, 0};
     for (uint32_t l = 0; l < levels; l++) {
         uint32_t pass[4] = {l, 0, 0, 0};
-        svo_args(gpu, state, svo, KD_COUNT_NEED + l, svo->node_capacity, 1, KD_ARGS_LIST);
+        svo_args(gpu, state, svo, KD_COUNT_NEED + l, svo->node_room[l], 1, KD_ARGS_LIST);
         kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
         kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current]);
         kd_gpu_bind_storage(gpu, 7, svo->book);
@@ -74,12 +74,14 @@ static void make_once(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
 /* Room for nodes and cells, or for as many as there may be. Where there is no memory for it, what is there
  * has to do. */
 static kd_status reserve(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
-                         uint64_t nodes, uint64_t cells)
+                         const uint64_t *nodes, uint64_t cells)
 {
     uint64_t most_nodes = svo_most_nodes(svo), most_cells = svo->most_bytes / (KD_SUM_WORDS * 4);
-    state->nodes.wanted = (uint32_t)(nodes < most_nodes ? nodes : most_nodes);
+    for (uint32_t l = 0; l < svo_levels(svo); l++)
+        state->nodes_wanted[l] = (uint32_t)(nodes[l] < most_nodes ? nodes[l] : most_nodes);
+    state->nodes.wanted = state->nodes_wanted[svo_levels(svo) - 1];
     state->sums.wanted = (uint32_t)(cells < most_cells ? cells : most_cells);
-    kd_status nodes_made = svo_reserve_nodes(gpu, svo, state->nodes.wanted);
+    kd_status nodes_made = svo_reserve_nodes(gpu, svo, state->nodes_wanted);
     kd_status sums_made = svo_reserve_sums(gpu, svo, state->sums.wanted);
     svo->dynamic_room = svo->sum_capacity;
     svo_write_params(gpu, svo, scene);
@@ -90,30 +92,43 @@ static kd_status reserve(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_vo
  * frame, since another pose may need more: these builds make everything anew and read their counters. */
 static bool grow(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    uint32_t nodes = svo->node_capacity, cells = svo->dynamic_room;
+    uint32_t levels = svo_levels(svo), had = kd_svo_nodes_before(svo, 0, levels), cells = svo->dynamic_room;
+    uint64_t nodes[KD_MAX_NODE_LEVELS];
     bool short_of_nodes = false;
-    for (uint32_t l = 0; l < svo_levels(svo); l++)
-        short_of_nodes = short_of_nodes || svo_read_counter(gpu, svo, KD_COUNT_NEED + l) > nodes;
+    for (uint32_t l = 0; l < levels; l++) {
+        bool is_short = svo_read_counter(gpu, svo, KD_COUNT_NEED + l) > svo->node_room[l];
+        nodes[l] = (is_short ? 2ull : 1ull) * svo->node_room[l];
+        short_of_nodes = short_of_nodes || is_short;
+    }
     bool short_of_cells = svo_read_counter(gpu, svo, KD_COUNT_FRESH) > cells;
     if (!short_of_nodes && !short_of_cells)
         return false;
-    kd_status made = reserve(gpu, state, svo, scene, short_of_nodes ? 2ull * nodes : nodes,
-                             short_of_cells ? 2ull * cells : cells);
-    if (svo->node_capacity > nodes || svo->dynamic_room > cells)
+    kd_status made = reserve(gpu, state, svo, scene, nodes, (short_of_cells ? 2ull : 1ull) * cells);
+    if (kd_svo_nodes_before(svo, 0, levels) > had || svo->dynamic_room > cells)
         return true;
     svo_say_once(state, SVO_SAID_TAKEN,
                  "octree: %s more than %u nodes and %u cells; what comes last is left out; raise %s",
-                 made ? "no memory for" : "no room for", nodes, cells,
+                 made ? "no memory for" : "no room for", svo->node_capacity, cells,
                  made ? "voxels.span" : "svo.memory or voxels.span");
     return false;
+}
+
+/* Surfaces share two to three cells a voxel in any pose, and up to one leaf parent. */
+static void reserve_for(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
+                        uint64_t voxels)
+{
+    uint64_t nodes[KD_MAX_NODE_LEVELS];
+    for (uint32_t l = 0; l < KD_MAX_NODE_LEVELS; l++)
+        nodes[l] = voxels + 1024;
+    reserve(gpu, state, svo, scene, nodes, 3 * voxels + 1024);
 }
 
 void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, svo_build *fill)
 {
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
     svo->current ^= 1;
-    if (pages->changed) /* surfaces share two to three cells a voxel in any pose, and up to one leaf parent */
-        reserve(gpu, state, svo, scene, pages->voxel_count + 1024, 3 * pages->voxel_count + 1024);
+    if (pages->changed)
+        reserve_for(gpu, state, svo, scene, pages->voxel_count);
     do {
         svo_empty_nodes(gpu, state, svo);
         make_once(gpu, state, svo, scene, fill);

@@ -29,8 +29,8 @@ static void over_list(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, sv
 /* Level 6 + l from its children: leaves, or the nodes of the next level. */
 static void filter_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t l)
 {
-    uint32_t cap = svo->node_capacity, data = l == 0 ? 0 : (l - 1) * cap;
-    uint32_t pass[8] = {l, 0, data, 0, l + 1 == svo_levels(svo), l * 8 * cap, l * cap, 0};
+    uint32_t child = (&svo->places.child.x)[l], below = kd_svo_data_first(svo, l + 1);
+    uint32_t pass[8] = {l, 0, kd_svo_data_first(svo, l), 0, l + 1 == svo_levels(svo), child, below, 0};
     over_list(gpu, state, svo, l == 0 ? SVO_FILTER_DENSE : SVO_FILTER_SPARSE, KD_COUNT_CHANGED + l, pass);
 }
 

@@ -2,6 +2,7 @@
  * wanted. What they are wanted for follows from the scene alone, so giving back depends on no time, and as
  * node numbers cannot be seen it changes no picture. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "runtime/core/settings.h"
 #include "shaders/shared/bindings.h"
@@ -49,7 +50,7 @@ enum { LEAVES, SURFACE, EMISSION, NODES, DATA, BOOK, PARTS };
 typedef struct smaller {
     kd_gpu_buffer made[PARTS], moved_from;
     struct kd_svo_places places;
-    uint32_t nodes;
+    uint32_t room[KD_MAX_NODE_LEVELS];
 } smaller;
 
 static void held(kd_svo *svo, kd_gpu_buffer *out[PARTS])
@@ -60,22 +61,29 @@ static void held(kd_svo *svo, kd_gpu_buffer *out[PARTS])
         out[i] = parts[i];
 }
 
-static bool make_smaller(kd_gpu *gpu, const kd_svo *svo, uint32_t nodes, smaller *s)
+/* `s`: with its room. */
+static bool make_smaller(kd_gpu *gpu, const kd_svo *svo, smaller *s)
 {
     static const char *const names[PARTS] = {"tree.leaves", "svo.static_surface", "svo.static_emission",
                                              "tree.nodes",  "tree.data",          "svo.book"};
-    size_t levels = svo_levels(svo), inner = levels > 1 ? levels - 1 : 1;
-    *s = (smaller){.places = svo->places, .nodes = nodes};
-    size_t book = (size_t)svo_place_nodes(svo, &s->places, nodes) * 4;
-    const size_t sizes[PARTS] = {nodes * 64ul,       nodes * 64ul,      svo_emission_bytes(svo, nodes),
-                                 inner * nodes * 32, inner * nodes * 8, book};
+    uint32_t levels = svo_levels(svo), top = levels - 1;
+    s->places = svo->places;
+    size_t book = (size_t)svo_place_nodes(svo, &s->places, s->room) * 4, most = 0;
+    for (uint32_t l = 0; l < levels; l++)
+        most = s->room[l] > most ? s->room[l] : most;
+    const size_t sizes[PARTS] = {[LEAVES] = s->room[top] * 64ul,
+                                 [SURFACE] = s->room[top] * 64ul,
+                                 [EMISSION] = svo_emission_bytes(svo, s->room[top]),
+                                 [NODES] = svo_rows(s->room, 0, top) * 32,
+                                 [DATA] = svo_rows(s->room, 1, levels) * 8,
+                                 [BOOK] = book};
     bool all = true;
     for (int i = 0; i < PARTS; i++) {
         s->made[i] = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizes[i], .name = names[i]});
         all = all && s->made[i].id;
     }
     s->moved_from =
-        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = nodes * 4ul, .name = "svo.moved_from"});
+        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = most * 4, .name = "svo.moved_from"});
     return all && s->moved_from.id;
 }
 
@@ -94,26 +102,27 @@ static void move_rows(kd_gpu *gpu, const svo_state *state, const smaller *s, kd_
 static void move_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const smaller *s, uint32_t l,
                        uint32_t count)
 {
-    uint32_t old = svo->node_capacity, leaf_parent = l + 1 == svo_levels(svo);
+    bool leaf_parent = l + 1 == svo_levels(svo);
     const kd_gpu_buffer leaf_parts[] = {svo->leaves, svo->static_surface, svo->static_emission};
     for (int i = LEAVES; leaf_parent && i <= (svo->glows ? EMISSION : SURFACE); i++)
         move_rows(gpu, state, s, leaf_parts[i], s->made[i], (uint32_t[4]){16, count, 0, 0});
     if (!leaf_parent)
         move_rows(gpu, state, s, svo->nodes, s->made[NODES],
-                  (uint32_t[4]){8, count, l * 8 * old, l * 8 * s->nodes});
+                  (uint32_t[4]){8, count, (&svo->places.child.x)[l], (&s->places.child.x)[l]});
+    uint32_t first = l > 1 ? (uint32_t)svo_rows(s->room, 1, l) : 0;
     if (l > 0)
         move_rows(gpu, state, s, svo->data, s->made[DATA],
-                  (uint32_t[4]){2, count, (l - 1) * 2 * old, (l - 1) * 2 * s->nodes});
+                  (uint32_t[4]){2, count, 2 * kd_svo_data_first(svo, l), 2 * first});
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
 static bool free_numbers(kd_gpu *gpu, const kd_svo *svo, const smaller *s, uint32_t l, uint32_t count)
 {
-    uint32_t left = s->nodes - count, *stack = malloc((size_t)left * sizeof *stack + 4);
+    uint32_t left = s->room[l] - count, *stack = malloc((size_t)left * sizeof *stack + 4);
     if (!stack)
         return false;
     for (uint32_t i = 0; i < left; i++)
-        stack[i] = s->nodes - 1 - i;
+        stack[i] = s->room[l] - 1 - i;
     if (left)
         kd_gpu_write_buffer(gpu, s->made[BOOK], (size_t)(&s->places.free.x)[l] * 4, stack,
                             (size_t)left * sizeof *stack);
@@ -150,30 +159,35 @@ static void renumber_level(kd_gpu *gpu, const svo_state *state, const kd_svo *sv
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-static bool fits(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t nodes,
+static bool fits(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const uint32_t *room,
                  uint32_t counts[KD_MAX_NODE_LEVELS])
 {
     bool all = true;
     for (uint32_t l = 0; l < svo_levels(svo); l++) {
         counts[l] = rank_level(gpu, state, svo, l);
-        all = all && counts[l] <= nodes;
+        all = all && counts[l] <= room[l];
     }
     return all;
 }
 
-static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32_t nodes)
+static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo)
 {
     uint32_t counts[KD_MAX_NODE_LEVELS];
-    smaller s;
+    smaller s = {0};
     kd_gpu_buffer *parts[PARTS];
     held(svo, parts);
-    bool all = make_smaller(gpu, svo, nodes, &s) && fits(gpu, state, svo, nodes, counts);
+    for (uint32_t l = 0; l < svo_levels(svo); l++) {
+        uint32_t want = state->nodes_wanted[l] + state->nodes_wanted[l] / SVO_SPARE;
+        want = (want > LEAST ? want : LEAST) / 32 * 32 + 32;
+        s.room[l] = want < svo->node_room[l] ? want : svo->node_room[l];
+    }
+    bool all = make_smaller(gpu, svo, &s) && fits(gpu, state, svo, s.room, counts);
     if (all) {
         kd_gpu_fill_buffer(gpu, s.made[BOOK], 0, kd_gpu_buffer_size(gpu, s.made[BOOK]), 0);
         kd_gpu_copy_buffer(gpu, svo->book, 0, s.made[BOOK], 0, svo_fixed_book_bytes(svo));
     }
     for (uint32_t l = svo_levels(svo); all && l-- > 0;) {
-        kd_gpu_fill_buffer(gpu, s.made[BOOK], (size_t)(&s.places.codes.x)[l] * 4, nodes * 4ul, KD_EMPTY);
+        kd_gpu_fill_buffer(gpu, s.made[BOOK], (size_t)(&s.places.codes.x)[l] * 4, s.room[l] * 4ul, KD_EMPTY);
         all = free_numbers(gpu, svo, &s, l, counts[l]);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
         rank_level(gpu, state, svo, l);
@@ -191,14 +205,14 @@ static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32_t nodes
     if (!all)
         return;
     svo->places = s.places;
-    svo->node_capacity = nodes;
+    memcpy(svo->node_room, s.room, sizeof s.room);
+    svo->node_capacity = s.room[svo_levels(svo) - 1];
 }
 
 void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    uint32_t nodes = state->nodes.wanted + state->nodes.wanted / SVO_SPARE;
     if (spare(&state->nodes, svo->node_capacity)) {
-        cut_nodes(gpu, state, svo, (nodes > LEAST ? nodes : LEAST) / 32 * 32 + 32);
+        cut_nodes(gpu, state, svo);
         svo_write_params(gpu, svo, scene);
     }
     if (spare(&state->sums, svo->sum_capacity))

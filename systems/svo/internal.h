@@ -78,7 +78,8 @@ typedef struct svo_state {
     kd_texel_view page_view, next_view, object_view;
     bool dynamic_before; /* there were dynamic voxels in the frame before */
     uint32_t said;       /* SVO_SAID_*: messages that were written */
-    svo_room nodes, sums, fresh, dynamic;
+    svo_room nodes, sums, fresh, dynamic; /* nodes: leaf parents */
+    uint32_t nodes_wanted[KD_MAX_NODE_LEVELS];
     uint32_t still_runs; /* for which nothing has moved */
     uint64_t bytes_build;
 } svo_state;
@@ -87,9 +88,18 @@ typedef struct svo_state {
 kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_destroy(kd_gpu *gpu, kd_svo *svo);
 
-/** Make room for so many nodes a level; nodes, and what is known of them, stay. Errors KD_GPU, KD_NO_MEMORY
- */
-kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes);
+/** Make room for so many nodes of each level; nodes, and what is known of them, stay. Errors KD_GPU,
+ * KD_NO_MEMORY */
+kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, const uint32_t *wanted);
+
+/** Rows of a table of the nodes of levels `first` … end - 1; at least one, since no buffer is empty. */
+static inline size_t svo_rows(const uint32_t *room, uint32_t first, uint32_t end)
+{
+    size_t rows = 0;
+    for (uint32_t l = first; l < end; l++)
+        rows += room[l];
+    return rows ? rows : 1;
+}
 
 /** Make room for the sums of so many cells. */
 kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
@@ -117,7 +127,7 @@ kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words);
 void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
 /** Places of everything that depends on the number of nodes; returns the size of the book in words. */
-uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *places, uint32_t nodes);
+uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *places, const uint32_t *room);
 size_t svo_fixed_book_bytes(const kd_svo *svo);
 
 /** Write the uniform block for where the cascades stand now. */

@@ -29,6 +29,14 @@ static size_t dense_bytes(const kd_svo *svo)
     return (size_t)svo->cascades * KD_DENSE_WORDS * 4;
 }
 
+static uint32_t most_room(const kd_svo *svo)
+{
+    uint32_t most = 0;
+    for (uint32_t l = 0; l < svo_levels(svo); l++)
+        most = svo->node_room[l] > most ? svo->node_room[l] : most;
+    return most;
+}
+
 void svo_empty_nodes(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
 {
     kd_gpu_buffer masks = svo->level_masks[svo->current];
@@ -39,14 +47,15 @@ void svo_empty_nodes(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
     bind_book(gpu, svo);
-    kd_gpu_dispatch_linear(gpu, state->programs[SVO_EMPTY], groups(svo->node_capacity));
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_EMPTY], groups(most_room(svo)));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
 }
 
 /* Lists and bits of work are empty but for the dense cells of stale bricks, which show another place now. */
 void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    size_t first = (size_t)svo->places.changed.x * 4, node_bits = (size_t)(svo->node_capacity + 31) / 32 * 4;
+    size_t first = (size_t)svo->places.changed.x * 4,
+           node_bits = svo_rows(svo->node_room, 1, svo_levels(svo)) / 8;
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_TRANSIENT * 4,
                        (KD_COUNT_TRANSIENT_END - KD_COUNT_TRANSIENT) * 4, 0);
@@ -54,8 +63,7 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
         kd_gpu_fill_buffer(gpu, svo->counters, (KD_COUNT_UP + svo->cascades) * 4, 4, 1);
     kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.others.y * 4, dense_bytes(svo), 0);
     if (svo_levels(svo) > 1)
-        kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.changed.y * 4,
-                           node_bits * (svo_levels(svo) - 1), 0);
+        kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.changed.y * 4, node_bits, 0);
     if (scene->static_changed)
         kd_gpu_copy_buffer(gpu, scene->stale, (size_t)scene->stale_places.bits * 4, svo->book, first,
                            dense_bytes(svo));
@@ -156,29 +164,45 @@ static void change_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint3
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
+/* Nodes that the masks ask for. */
+static void count_nodes(kd_gpu *gpu, svo_state *state, const kd_svo *svo,
+                        uint32_t counted[KD_MAX_NODE_LEVELS])
+{
+    for (uint32_t l = 0; l < svo_levels(svo); l++)
+        rank(gpu, state, svo, svo->level_masks[svo->current], svo->mask_first[l], svo->mask_words[l],
+             KD_COUNT_NEED + l);
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_read_buffer(gpu, svo->counters, KD_COUNT_NEED * 4, counted, KD_MAX_NODE_LEVELS * 4);
+}
+
 /* Nodes are counted, with one wait, when a layer's members changed or static parts were built anew; the
  * dynamic layer gets room for every pose, as with cells. */
 static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
+    uint32_t counted[KD_MAX_NODE_LEVELS], room[KD_MAX_NODE_LEVELS], most = svo_most_nodes(svo);
+    bool more = false;
     if (!scene->static_changed && !scene->pages[KD_LAYER_DYNAMIC].changed)
         return;
+    count_nodes(gpu, state, svo, counted);
+    for (uint32_t l = 0; l < svo_levels(svo); l++) {
+        uint64_t want = (uint64_t)counted[l] + 1024 + scene->pages[KD_LAYER_DYNAMIC].voxel_count;
+        state->nodes_wanted[l] = want < most ? (uint32_t)want : most;
+        bool grows = state->nodes_wanted[l] > svo->node_room[l];
+        want += grows ? want / SVO_SPARE : 0;
+        room[l] = want < most ? (uint32_t)want : most;
+        more = more || grows;
+    }
     uint32_t top = svo_levels(svo) - 1;
-    rank(gpu, state, svo, svo->level_masks[svo->current], svo->mask_first[top], svo->mask_words[top],
-         KD_COUNT_NEED);
-    uint32_t counted = svo_read_counter(gpu, svo, KD_COUNT_NEED), most = svo_most_nodes(svo);
-    uint64_t want = (uint64_t)counted + 1024 + scene->pages[KD_LAYER_DYNAMIC].voxel_count;
-    state->nodes.wanted = want < most ? (uint32_t)want : most;
-    kd_status made = KD_OK;
-    if (state->nodes.wanted > svo->node_capacity) {
-        want += want / SVO_SPARE;
-        made = svo_reserve_nodes(gpu, svo, want < most ? (uint32_t)want : most);
+    state->nodes.wanted = state->nodes_wanted[top];
+    kd_status made = more ? svo_reserve_nodes(gpu, svo, room) : KD_OK;
+    if (more) {
         kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
         svo_write_params(gpu, svo, scene);
     }
-    if (counted > svo->node_capacity)
+    if (counted[top] > svo->node_capacity)
         svo_say_once(state, SVO_SAID_NODES,
                      "octree: %s for %u of %u nodes; those of the outermost cascade stay away; raise %s",
-                     made ? "memory" : "room", svo->node_capacity, counted,
+                     made ? "memory" : "room", svo->node_capacity, counted[top],
                      made ? "voxels.span" : "svo.memory or voxels.span");
 }
 

@@ -34,20 +34,23 @@ size_t svo_fixed_book_bytes(const kd_svo *svo)
     return 4 * (svo->places.list.x + (dense > 2 * parts ? dense : 2 * parts));
 }
 
-uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, uint32_t nodes)
+uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, const uint32_t *room)
 {
     uint32_t at = (uint32_t)(svo_fixed_book_bytes(svo) / 4), levels = svo_levels(svo);
     uint32_t *codes = &p->codes.x, *stack = &p->free.x, *list = &p->list.x, *changed = &p->changed.x;
-    p->size.x = nodes;
+    uint32_t *child = &p->child.x, words = 0;
+    memcpy(&p->room, room, levels * sizeof *room);
+    p->size.x = room[levels - 1];
     p->others.w = at;
-    at += nodes;
-    for (uint32_t l = 0; l < levels; l++, at += 2 * nodes) {
+    at += p->size.x;
+    for (uint32_t l = 0; l < levels; words += 8 * room[l], at += 2 * room[l], l++) {
+        child[l] = words;
         codes[l] = at;
-        stack[l] = at + nodes;
+        stack[l] = at + room[l];
     }
-    for (uint32_t l = 1; l < levels; l++, at += nodes)
+    for (uint32_t l = 1; l < levels; at += room[l], l++)
         list[l] = at;
-    for (uint32_t l = 1; l < levels; l++, at += nodes / 32)
+    for (uint32_t l = 1; l < levels; at += room[l] / 32, l++)
         changed[l] = at;
     return at;
 }
@@ -118,7 +121,7 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
     if (status)
         return status;
     kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);
-    status = svo_reserve_nodes(gpu, svo, 4096);
+    status = svo_reserve_nodes(gpu, svo, (uint32_t[KD_MAX_NODE_LEVELS]){4096, 4096, 4096, 4096});
     if (!status)
         status = svo_reserve_sums(gpu, svo, 4096);
     if (!status)
@@ -128,29 +131,12 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 
 void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 {
-    kd_gpu_buffer buffers[] = {svo->changes,
-                               svo->uniform,
-                               svo->masks,
-                               svo->moving,
-                               svo->fresh,
-                               svo->level_masks[0],
-                               svo->level_masks[1],
-                               svo->touched,
-                               svo->diff,
-                               svo->diff_ranks,
-                               svo->book,
-                               svo->counters,
-                               svo->sums,
-                               svo->static_surface,
-                               svo->static_emission,
-                               svo->dynamic_cells,
-                               svo->heads,
-                               svo->next,
-                               svo->groups,
-                               svo->index,
-                               svo->nodes,
-                               svo->leaves,
-                               svo->data};
+    kd_gpu_buffer buffers[] = {
+        svo->changes,        svo->uniform,        svo->masks,   svo->moving,         svo->fresh,
+        svo->level_masks[0], svo->level_masks[1], svo->touched, svo->diff,           svo->diff_ranks,
+        svo->book,           svo->counters,       svo->sums,    svo->static_surface, svo->static_emission,
+        svo->dynamic_cells,  svo->heads,          svo->next,    svo->groups,         svo->index,
+        svo->nodes,          svo->leaves,         svo->data};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         kd_gpu_destroy_buffer(gpu, buffers[i]);
     kd_gpu_texture textures[] = {svo->atlas_view, svo->atlas, svo->depths_view, svo->depths};
@@ -161,12 +147,20 @@ void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 
 /* ---- room for nodes: what is there moves along ---- */
 
-static kd_gpu_buffer grown(kd_gpu *gpu, kd_gpu_buffer old, size_t rows, size_t old_stride, size_t stride,
-                           const char *name)
+/* A table of rows of `stride` bytes for the nodes of levels `first` … end - 1, with the rows of the old one
+ * where `room` has them. */
+static kd_gpu_buffer grown(kd_gpu *gpu, const kd_svo *svo, kd_gpu_buffer old, const uint32_t *room,
+                           uint32_t first, uint32_t end, size_t stride, const char *name)
 {
-    kd_gpu_buffer made = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = rows * stride, .name = name});
-    for (size_t i = 0; i < rows && old_stride && made.id; i++)
-        kd_gpu_copy_buffer(gpu, old, i * old_stride, made, i * stride, old_stride);
+    kd_gpu_buffer made = kd_gpu_make_buffer(
+        gpu, &(kd_gpu_buffer_desc){.size = svo_rows(room, first, end) * stride, .name = name});
+    size_t from = 0, to = 0;
+    for (uint32_t l = first; l < end && made.id; l++) {
+        if (old.id && svo->node_room[l])
+            kd_gpu_copy_buffer(gpu, old, from, made, to, svo->node_room[l] * stride);
+        from += svo->node_room[l] * stride;
+        to += room[l] * stride;
+    }
     return made;
 }
 
@@ -174,19 +168,20 @@ static kd_gpu_buffer grown(kd_gpu *gpu, kd_gpu_buffer old, size_t rows, size_t o
 static kd_status grow_stack(kd_gpu *gpu, const kd_svo *svo, const struct kd_svo_places *p, kd_gpu_buffer book,
                             uint32_t l)
 {
-    uint32_t old = svo->node_capacity, more = p->size.x - old, was = 0;
+    uint32_t room = (&p->room.x)[l], more = room - svo->node_room[l], was = 0;
     size_t counter = (size_t)(KD_COUNT_FREE + l) * 4;
-    uint32_t *stack = malloc((size_t)p->size.x * sizeof *stack);
+    uint32_t *stack = malloc((size_t)room * sizeof *stack);
     if (!stack)
         return KD_NO_MEMORY;
     kd_gpu_read_buffer(gpu, svo->counters, counter, &was, sizeof was);
     for (uint32_t i = 0; i < more; i++)
-        stack[i] = p->size.x - 1 - i;
+        stack[i] = room - 1 - i;
     if (was)
         kd_gpu_read_buffer(gpu, svo->book, (size_t)(&svo->places.free.x)[l] * 4, stack + more,
                            (size_t)was * sizeof *stack);
     was += more;
-    kd_gpu_write_buffer(gpu, book, (size_t)(&p->free.x)[l] * 4, stack, (size_t)was * sizeof *stack);
+    if (was)
+        kd_gpu_write_buffer(gpu, book, (size_t)(&p->free.x)[l] * 4, stack, (size_t)was * sizeof *stack);
     kd_gpu_write_buffer(gpu, svo->counters, counter, &was, sizeof was);
     free(stack);
     return KD_OK;
@@ -194,14 +189,14 @@ static kd_status grow_stack(kd_gpu *gpu, const kd_svo *svo, const struct kd_svo_
 
 static kd_status grow_book(kd_gpu *gpu, const kd_svo *svo, const struct kd_svo_places *p, kd_gpu_buffer book)
 {
-    size_t old = (size_t)svo->node_capacity * 4, fixed = svo_fixed_book_bytes(svo);
+    size_t fixed = svo_fixed_book_bytes(svo);
     kd_status status = KD_OK;
     kd_gpu_fill_buffer(gpu, book, 0, kd_gpu_buffer_size(gpu, book), 0);
-    if (old)
+    if (svo->node_capacity)
         kd_gpu_copy_buffer(gpu, svo->book, 0, book, 0, fixed);
     for (uint32_t l = 0; l < svo_levels(svo) && !status; l++) {
-        size_t at = (size_t)(&p->codes.x)[l] * 4;
-        kd_gpu_fill_buffer(gpu, book, at, (size_t)p->size.x * 4, KD_EMPTY);
+        size_t at = (size_t)(&p->codes.x)[l] * 4, old = (size_t)svo->node_room[l] * 4;
+        kd_gpu_fill_buffer(gpu, book, at, (size_t)(&p->room.x)[l] * 4, KD_EMPTY);
         if (old)
             kd_gpu_copy_buffer(gpu, svo->book, (size_t)(&svo->places.codes.x)[l] * 4, book, at, old);
         status = grow_stack(gpu, svo, p, book, l);
@@ -209,25 +204,33 @@ static kd_status grow_book(kd_gpu *gpu, const kd_svo *svo, const struct kd_svo_p
     return status;
 }
 
-kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes)
+kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, const uint32_t *wanted)
 {
-    nodes = (nodes + 31) / 32 * 32;
-    if (nodes <= svo->node_capacity)
+    uint32_t levels = svo_levels(svo), top = levels - 1, room[KD_MAX_NODE_LEVELS];
+    bool more = false;
+    for (uint32_t l = 0; l < levels; l++) {
+        uint32_t want = (wanted[l] + 31) / 32 * 32;
+        room[l] = want > svo->node_room[l] ? want : svo->node_room[l];
+        if (l > 0 && room[l] < room[l - 1]) /* no level has fewer nodes than the one above */
+            room[l] = room[l - 1];
+        more = more || room[l] > svo->node_room[l];
+    }
+    if (!more)
         return KD_OK;
-    size_t levels = svo_levels(svo), inner = levels > 1 ? levels - 1 : 1, old = svo->node_capacity;
     struct kd_svo_places places = svo->places;
-    size_t book_bytes = (size_t)svo_place_nodes(svo, &places, nodes) * 4;
+    size_t book_bytes = (size_t)svo_place_nodes(svo, &places, room) * 4;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_buffer *held[] = {&svo->leaves, &svo->static_surface, &svo->static_emission,
                              &svo->nodes,  &svo->data,           &svo->book};
+    const kd_gpu_buffer none = {0};
     kd_gpu_buffer made[] = {
-        grown(gpu, svo->leaves, 1, old * 64, (size_t)nodes * 64, "tree.leaves"),
-        grown(gpu, svo->static_surface, 1, old * 64, (size_t)nodes * 64, "svo.static_surface"),
-        grown(gpu, svo->static_emission, 1, svo->glows ? old * 64 : 0, svo_emission_bytes(svo, nodes),
-              "svo.static_emission"),
-        grown(gpu, svo->nodes, inner, old * 32, (size_t)nodes * 32, "tree.nodes"),
-        grown(gpu, svo->data, inner, old * 8, (size_t)nodes * 8, "tree.data"),
-        grown(gpu, svo->book, 1, 0, book_bytes, "svo.book"),
+        grown(gpu, svo, svo->leaves, room, top, levels, 64, "tree.leaves"),
+        grown(gpu, svo, svo->static_surface, room, top, levels, 64, "svo.static_surface"),
+        svo->glows ? grown(gpu, svo, svo->static_emission, room, top, levels, 64, "svo.static_emission")
+                   : grown(gpu, svo, none, room, 0, 0, 4, "svo.static_emission"),
+        grown(gpu, svo, svo->nodes, room, 0, top, 32, "tree.nodes"),
+        grown(gpu, svo, svo->data, room, 1, levels, 8, "tree.data"),
+        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = book_bytes, .name = "svo.book"}),
     };
     bool all = true;
     for (size_t i = 0; i < sizeof made / sizeof *made; i++)
@@ -242,7 +245,8 @@ kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, uint32_t nodes)
     if (status)
         return status;
     svo->places = places;
-    svo->node_capacity = nodes;
+    memcpy(svo->node_room, room, levels * sizeof *room);
+    svo->node_capacity = room[top];
     return KD_OK;
 }
 
@@ -345,8 +349,8 @@ void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scen
             (kd_gl_vec4){scene->origin_ws[c].x, scene->origin_ws[c].y, scene->origin_ws[c].z, scene->span[c]};
         p.origin[c] = (kd_gl_ivec4){o[0], o[1], o[2], 0};
     }
-    p.node_offset = (kd_gl_uvec4){0, 8 * svo->node_capacity, 16 * svo->node_capacity, 0};
-    p.data_offset = (kd_gl_uvec4){0, svo->node_capacity, 2 * svo->node_capacity, 0};
+    p.node_offset = svo->places.child;
+    p.data_offset = (kd_gl_uvec4){0, kd_svo_data_first(svo, 2), kd_svo_data_first(svo, 3), 0};
     kd_gpu_write_buffer(gpu, svo->uniform, 0, &p, sizeof p);
 }
 

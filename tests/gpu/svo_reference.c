@@ -70,7 +70,7 @@ static void assert_levels(const tree_copy *t, const svo_reference *r, bool fresh
         for (uint32_t i = 0; fresh && i < t->count[l]; i++)
             assert_int_equal(t->numbers[l][i], i);
         if (fresh && l + 1 < r->levels)
-            assert_memory_equal(t->nodes + (size_t)l * t->capacity * 8, r->nodes[l],
+            assert_memory_equal(t->nodes + t->child_first[l], r->nodes[l],
                                 (size_t)r->node_count[l] * 32);
     }
     if (fresh)

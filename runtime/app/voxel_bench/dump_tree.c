@@ -215,11 +215,11 @@ static uint32_t *read_dense(const dump *d, kd_gpu_texture texture, uint32_t slic
 
 static bool read_nodes(const dump *d, const kd_svo *svo, uint32_t levels, node_source *s)
 {
-    size_t capacity = svo->node_capacity, inner = levels > 1 ? levels - 1 : 1;
+    size_t inner = kd_svo_nodes_before(svo, 0, levels - 1), data = kd_svo_data_first(svo, levels);
     *s = (node_source){.masks = dump_read(d, svo->masks, 0, (size_t)svo->layer_words * 4),
                        .moving = read_moving(d, svo),
-                       .nodes = dump_read(d, svo->nodes, 0, inner * capacity * 32),
-                       .data = dump_read(d, svo->data, 0, inner * capacity * 8),
+                       .nodes = dump_read(d, svo->nodes, 0, inner * 32),
+                       .data = dump_read(d, svo->data, 0, data * 8),
                        .atlas = read_dense(d, svo->atlas, KD_ATLAS_SLICES(svo->cascades, 6)),
                        .depths = read_dense(d, svo->depths, KD_ATLAS_SLICES(svo->cascades, 2))};
     return s->masks && s->moving && s->nodes && s->data && s->atlas && s->depths;
@@ -261,7 +261,7 @@ static void load_children(node_row *row, const node_source *s, const kd_svo *svo
     for (uint32_t k = 0; k < 8; k++) {
         uint32_t leaf = code * 8 + k;
         if (!leaf_parent)
-            row->children[k] = s->nodes[((size_t)l * svo->node_capacity + row->number) * 8 + k];
+            row->children[k] = s->nodes[(&svo->places.child.x)[l] + (size_t)row->number * 8 + k];
         else if (bit_at(s->masks, leaf) || bit_at(s->moving, leaf))
             row->children[k] = row->number * 8 + k;
         else
@@ -279,7 +279,7 @@ static void put_node(dump *d, const kd_voxel_scene *scene, const kd_svo *svo, co
     if (l == 0)
         load_dense(&row, s, code);
     else
-        load_sparse(&row, s, (size_t)(l - 1) * svo->node_capacity + number);
+        load_sparse(&row, s, (size_t)kd_svo_data_first(svo, l) + number);
     load_children(&row, s, svo, l, code);
     for (int k = 0; k < 3; k++)
         row.radiance[k] *= unit;
@@ -289,10 +289,11 @@ static void put_node(dump *d, const kd_voxel_scene *scene, const kd_svo *svo, co
 static kd_status put_level(dump *d, const kd_voxel_scene *scene, const kd_svo *svo, node_source *s,
                            uint32_t l)
 {
-    s->codes = dump_read(d, svo->book, (size_t)(&svo->places.codes.x)[l] * 4, (size_t)svo->node_capacity * 4);
+    uint32_t room = svo->node_room[l];
+    s->codes = dump_read(d, svo->book, (size_t)(&svo->places.codes.x)[l] * 4, (size_t)room * 4);
     if (!s->codes)
         return KD_NO_MEMORY;
-    for (uint32_t n = 0; n < svo->node_capacity; n++)
+    for (uint32_t n = 0; n < room; n++)
         if (s->codes[n] != KD_EMPTY)
             put_node(d, scene, svo, s, l, n);
     free(s->codes);
