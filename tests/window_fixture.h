@@ -191,16 +191,24 @@ static const char *window_finish(void)
     return window_program.said;
 }
 
-/* What the program has said so far. */
-static inline bool window_said(const char *text)
+/* How often the program has said something so far. */
+static inline int window_times_said(const char *text)
 {
     char said[8192];
     FILE *file = fopen("said.txt", "rb");
     size_t size = file ? fread(said, 1, sizeof said - 1, file) : 0;
+    int count = 0;
     said[size] = '\0';
     if (file)
         fclose(file);
-    return strstr(said, text) != NULL;
+    for (const char *p = said; (p = strstr(p, text)) != NULL; p++)
+        count++;
+    return count;
+}
+
+static inline bool window_said(const char *text)
+{
+    return window_times_said(text) > 0;
 }
 
 /* ---- pictures ---- */

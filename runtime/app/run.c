@@ -90,7 +90,7 @@ static kd_status open_all(run *r)
     r->jobs = kd_jobs_make(r->options->threads);
     if (!r->jobs)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    status = app_stage_load(r->options, r->jobs, &r->stage);
+    status = app_stage_load(r->options, r->jobs, NULL, &r->stage);
     if (status == KD_OK)
         status = open_gpu(r);
     if (status == KD_OK) {

@@ -14,18 +14,37 @@
 #include "runtime/app/world_setup.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
+#include "runtime/ecs/query.h"
 #include "runtime/ecs/reflect.h"
+#include "runtime/ecs/system.h"
 
 #define TURN_DEG_PER_S 30.0
 
 /* ---- what was loaded ---- */
 
-const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key)
+static const app_loaded *find_key(const app_scene *scene, const char *key)
 {
     for (uint32_t i = 0; i < scene->loaded_count; i++)
         if (strcmp(scene->loaded[i].key, key) == 0)
             return &scene->loaded[i];
     return NULL;
+}
+
+bool app_scene_find_loaded(app_scene *scene, const char *key, uint32_t *out)
+{
+    const app_loaded *known = find_key(scene, key);
+    const app_loaded *other = !known && scene->beside ? find_key(scene->beside, key) : NULL;
+    if (known)
+        *out = known->model;
+    if (known || !other)
+        return known != NULL;
+    const kd_scene_store *store = kd_singleton(scene->beside->world, kd_scene_store);
+    kd_model *model = kd_model_share((kd_model *)(uintptr_t)store->models[other->model].model);
+    if (kd_scene_add_model(scene->world, model, out) != KD_OK) {
+        kd_model_destroy(model);
+        return false;
+    }
+    return app_scene_add_loaded(scene, key, *out) == KD_OK;
 }
 
 kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model)
@@ -65,16 +84,14 @@ kd_status app_scene_model(app_scene *scene, const char *path, const kd_model_opt
     kd_model_options options = *wanted;
     options.subdiv_level = (uint32_t)scene->settings.subdiv_level;
     const char *part = options.scene ? options.scene : "", *variant = options.variant ? options.variant : "";
-    size_t size = strlen(path) + strlen(part) + strlen(variant) + 3;
+    size_t size = strlen(path) + strlen(part) + strlen(variant) + 16;
     char *key = malloc(size);
     if (!key)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    snprintf(key, size, "%s\n%s\n%s", path, part, variant);
-    const app_loaded *known = app_scene_find_loaded(scene, key);
+    snprintf(key, size, "%s\n%s\n%s\n%u", path, part, variant, options.subdiv_level);
+    bool known = app_scene_find_loaded(scene, key, out);
     kd_status status = known ? KD_OK : load_model(scene, path, &options, out);
-    if (known)
-        *out = known->model;
-    else if (status == KD_OK)
+    if (!known && status == KD_OK)
         status = app_scene_add_loaded(scene, key, *out);
     free(key);
     return status;
@@ -165,15 +182,18 @@ static kd_status apply_options(app_scene *scene, const app_options *o, bool load
     return status;
 }
 
-kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options)
+static app_scene begin(kd_world *world)
 {
-    *scene = (app_scene){.world = world,
-                         .width = 640,
-                         .height = 360,
-                         .fps = 30,
-                         .seconds = -1,
-                         .settings = kd_settings_defaults()};
-    app_register_components(world, options->extension);
+    return (app_scene){.world = world,
+                       .width = 640,
+                       .height = 360,
+                       .fps = 30,
+                       .seconds = -1,
+                       .settings = kd_settings_defaults()};
+}
+
+static kd_status fill(app_scene *scene, const app_options *options)
+{
     kd_status status = apply_options(scene, options, false);
     if (status != KD_OK)
         return status;
@@ -188,6 +208,50 @@ kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *o
     if (status == KD_OK)
         status = apply_options(scene, options, true);
     return status;
+}
+
+kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options,
+                         const app_scene *beside)
+{
+    *scene = begin(world);
+    scene->beside = beside;
+    app_register_components(world, options->extension);
+    kd_status status = fill(scene, options);
+    scene->beside = NULL;
+    return status;
+}
+
+static kd_status destroy_all(kd_world *w)
+{
+    kd_query *all = kd_query_make(w, &(kd_query_desc){.terms = {KD_OPTIONAL(kd_transform)}, .name = "scene"});
+    uint32_t count = kd_entity_count(w), found = 0;
+    kd_entity *entities = calloc(count + 1u, sizeof *entities);
+    if (all && entities) {
+        for (kd_iter it = kd_query_iter(all); kd_iter_next(&it);)
+            for (uint32_t i = 0; i < it.count && found < count; i++)
+                entities[found++] = it.entities[i];
+        for (uint32_t i = 0; i < found; i++)
+            kd_destroy(w, entities[i]);
+    }
+    free(entities);
+    if (all)
+        kd_query_destroy(all);
+    return kd_entity_count(w) ? kd_fail(KD_NO_MEMORY, "out of memory") : KD_OK;
+}
+
+kd_status app_scene_renew(app_scene *scene, const app_options *options)
+{
+    const app_scene before = *scene;
+    kd_schedule_clock *clock = kd_singleton(scene->world, kd_schedule_clock);
+    kd_script_destroy(before.script);
+    *scene = begin(before.world);
+    scene->loaded = before.loaded;
+    scene->loaded_count = before.loaded_count;
+    scene->loaded_capacity = before.loaded_capacity;
+    clock->time_s = 0;
+    clock->frame = 0;
+    kd_status status = destroy_all(scene->world);
+    return status == KD_OK ? fill(scene, options) : status;
 }
 
 uint64_t app_scene_frames(const app_scene *scene, const app_options *o)

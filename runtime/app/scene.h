@@ -12,7 +12,7 @@
 
 /* A model or shape that is in the scene store already. */
 typedef struct app_loaded {
-    char *key; /* its path, scene and variant, a line each; or what a shape is made of */
+    char *key; /* its path, scene, variant and level, a line each; or what a shape is made of */
     uint32_t model;
 } app_loaded;
 
@@ -28,11 +28,19 @@ typedef struct app_scene {
     app_loaded *loaded;
     uint32_t loaded_count, loaded_capacity;
     uint64_t shape_triangles; /* of all shapes that its scenario has made */
+    const struct app_scene *beside; /* while it loads: another scene, whose models may be shared; or NULL */
 } app_scene;
 
 /** Fill the world from the file that the options name, then let the command line have the last word.
+ *  beside  a scene from the same files, whose models are shared instead of read; or NULL
  *  Errors with one message */
-kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options);
+kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options,
+                         const app_scene *beside);
+
+/** Fill the world anew from the same kind of file: every entity goes, and what was registered stays, to be used
+ *  again. The schedule's clock begins anew too.
+ *  Errors with one message; it holds a part of the scene then */
+kd_status app_scene_renew(app_scene *scene, const app_options *options);
 
 /** Bring the world to simulation step `index`: scenario, turntable, and what the systems know of the frame.
  */
@@ -57,8 +65,9 @@ kd_status app_scene_load_script(app_scene *scene, const app_options *options);
 /** Register a model file with the store, once a path, scene and variant (by name, NULL: as the file says). */
 kd_status app_scene_model(app_scene *scene, const char *path, const kd_model_options *options, uint32_t *out);
 
+/** Find what was registered under a key, or is by the scene beside, whose model is then shared. */
+bool app_scene_find_loaded(app_scene *scene, const char *key, uint32_t *out);
 /** Remember what was registered under a key. */
-const app_loaded *app_scene_find_loaded(const app_scene *scene, const char *key);
 kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model);
 
 /** Tell whether scenarios and --set may set a field: not those that number entries of the scene store. */

@@ -91,11 +91,8 @@ static kd_status ensure_shape(app_scene *scene, const kd_script_spawn *spawn, ui
              (double)m->emissive.y, (double)m->emissive.z, m->double_sided, m->unlit, (double)m->ior,
              (double)m->specular, (double)m->clearcoat, (double)m->clearcoat_roughness,
              (double)m->transmission);
-    const app_loaded *known = app_scene_find_loaded(scene, key);
-    if (known) {
-        *out = known->model;
+    if (app_scene_find_loaded(scene, key, out))
         return KD_OK;
-    }
     kd_model *model;
     kd_material_desc material = material_of(m);
     kd_status status = kd_model_make_shape(shape_of(s->shape), s->size, s->segments, &material, &model);

@@ -8,7 +8,7 @@
 #include "runtime/app/world_setup.h"
 #include "runtime/core/log.h"
 
-static kd_status load(app_stage *stage, const app_options *options)
+static kd_status load(app_stage *stage, const app_options *options, const app_stage *beside)
 {
     kd_status status = options->voxels ? app_voxel_file_open(&stage->voxels, options->voxels) : KD_OK;
     if (status != KD_OK)
@@ -18,10 +18,10 @@ static kd_status load(app_stage *stage, const app_options *options)
         return kd_fail(KD_NO_MEMORY, "out of memory");
     if (options->voxels)
         kd_singleton(stage->world, kd_voxel_scene)->given = &stage->voxels;
-    return app_scene_load(&stage->scene, stage->world, options);
+    return app_scene_load(&stage->scene, stage->world, options, beside ? &beside->scene : NULL);
 }
 
-kd_status app_stage_load(const app_options *options, kd_jobs *jobs, app_stage **out)
+kd_status app_stage_load(const app_options *options, kd_jobs *jobs, const app_stage *beside, app_stage **out)
 {
     app_stage *stage = calloc(1, sizeof *stage);
     *out = NULL;
@@ -29,7 +29,7 @@ kd_status app_stage_load(const app_options *options, kd_jobs *jobs, app_stage **
         return kd_fail(KD_NO_MEMORY, "out of memory");
     stage->options = *options;
     stage->jobs = jobs;
-    kd_status status = load(stage, &stage->options);
+    kd_status status = load(stage, &stage->options, beside);
     if (status == KD_OK)
         *out = stage;
     else
@@ -102,6 +102,16 @@ kd_status app_stage_open(app_stage *stage, const app_stage_desc *desc)
     if (status == KD_OK)
         status = kd_schedule_init(stage->schedule);
     return status == KD_OK ? configure_schedule(stage, desc) : status;
+}
+
+kd_status app_stage_renew(app_stage *stage)
+{
+    uint32_t width = stage->scene.width, height = stage->scene.height;
+    kd_status status = app_scene_renew(&stage->scene, &stage->options);
+    stage->scene.width = width;
+    stage->scene.height = height;
+    kd_schedule_set_step(stage->schedule, 1 / stage->scene.fps);
+    return status;
 }
 
 /* ---- frames ---- */

@@ -32,10 +32,14 @@ typedef struct app_stage_desc {
 } app_stage_desc;
 
 /** Make the world and fill it; nothing touches the GPU. Jobs, and what the options point to, are borrowed
- * while it is on. Errors  with one message, *out is NULL then */
-kd_status app_stage_load(const app_options *options, kd_jobs *jobs, app_stage **out);
+ * while it is on. beside  a stage from the same files, whose models are shared; or NULL. Errors  with one
+ * message, *out is NULL then */
+kd_status app_stage_load(const app_options *options, kd_jobs *jobs, const app_stage *beside, app_stage **out);
 /** Register and open its systems. Errors with one message; it can only be closed then */
 kd_status app_stage_open(app_stage *stage, const app_stage_desc *desc);
+/** Fill the world anew from its files, with the same systems: what the GPU has of it stays and is used again.
+ * Errors as app_scene_renew */
+kd_status app_stage_renew(app_stage *stage);
 /** Bring the world to simulation step `index` and run every system. */
 kd_status app_stage_frame(app_stage *stage, uint64_t index);
 /** Run every system once more on the world as it is: no time passes. */

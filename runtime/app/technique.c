@@ -52,7 +52,7 @@ static kd_status stage_open(stage *s, const app_options *o)
     *s = (stage){.options = o, .jobs = kd_jobs_make(o->threads), .world = kd_world_make()};
     if (!s->jobs || !s->world)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    kd_status status = app_scene_load(&s->scene, s->world, o);
+    kd_status status = app_scene_load(&s->scene, s->world, o, NULL);
     if (status == KD_OK)
         status = kd_gpu_open(&(kd_gpu_desc){.api = o->context,
                                             .width = s->scene.width,

@@ -228,7 +228,7 @@ static kd_status open_world(app_traced *t)
     t->world = kd_world_make();
     if (!t->jobs || !t->world)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    status = app_scene_load(&t->scene, t->world, t->options);
+    status = app_scene_load(&t->scene, t->world, t->options, NULL);
     if (status != KD_OK)
         return status;
     t->schedule = kd_schedule_make(t->world, t->jobs, NULL);

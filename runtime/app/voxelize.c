@@ -68,7 +68,7 @@ static kd_status open_all(voxelizing *v)
     v->world = kd_world_make();
     if (!v->jobs || !v->world)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    kd_status status = app_scene_load(&v->scene, v->world, v->options);
+    kd_status status = app_scene_load(&v->scene, v->world, v->options, NULL);
     if (!status)
         status = kd_gpu_open(&(kd_gpu_desc){.api = v->options->context}, &v->gpu);
     if (!status)

@@ -10,6 +10,7 @@
 
 #include "runtime/asset/gltf_loader.h"
 #include "runtime/asset/model_bounds.h"
+#include "runtime/asset/model_memory.h"
 #include "runtime/core/file.h"
 #include "runtime/core/nearest.h"
 
@@ -211,10 +212,10 @@ static kd_status convert(gltf_loader *l)
 /* Move the finished arena into the model it holds. */
 static kd_model *seal(kd_arena *arena, kd_model *model)
 {
-    kd_arena *inside = kd_arena_alloc(arena, sizeof *inside);
+    model_memory *inside = kd_arena_alloc(arena, sizeof *inside);
     if (!inside)
         return NULL;
-    *inside = *arena;
+    *inside = (model_memory){*arena, 1};
     model->internal = inside;
     return model;
 }
@@ -264,8 +265,15 @@ kd_status kd_model_load_with(const char *path, const kd_model_options *options, 
 
 void kd_model_destroy(kd_model *model)
 {
-    if (!model)
+    model_memory *memory = model ? model->internal : NULL;
+    if (!memory || --memory->holders)
         return;
-    kd_arena arena = *(kd_arena *)model->internal; /* the copy outlives the memory it stands in */
+    kd_arena arena = memory->arena; /* the copy outlives the memory it stands in */
     kd_arena_fini(&arena);
+}
+
+kd_model *kd_model_share(kd_model *model)
+{
+    ((model_memory *)model->internal)->holders++;
+    return model;
 }

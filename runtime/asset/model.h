@@ -220,7 +220,10 @@ kd_status kd_model_load_with(const char *path, const kd_model_options *options, 
  * left as they are. tangents  [vertex_count] xyz only; may be NULL */
 void kd_subdivision_evaluate(const kd_subdivision *s, uint32_t vertex_count, const kd_vec3 *cage,
                              kd_vec3 *positions, kd_vec3 *normals, kd_vec4 *tangents);
+/** Let go of a model; it goes when the last of those who share it has. */
 void kd_model_destroy(kd_model *model);
+/** Have a further holder of a model, who destroys it too. Threading: holders share one thread. Returns model */
+kd_model *kd_model_share(kd_model *model);
 
 /** Tell whether a glTF extension is read, in whole or in the part that this renderer can show. */
 bool kd_model_reads_extension(const char *name);

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-#include "runtime/core/arena.h"
+#include "runtime/asset/model_memory.h"
 #include "runtime/core/log.h"
 
 #define PI_F         3.14159265358979f
@@ -174,7 +174,7 @@ typedef struct shape_model {
     kd_primitive_desc primitive;
     kd_mesh_desc mesh;
     kd_node_desc node;
-    kd_arena arena;
+    model_memory memory;
     const char *none[1];
 } shape_model;
 
@@ -256,8 +256,8 @@ kd_status kd_model_make_shape(kd_shape shape, kd_vec3 size, uint32_t segments,
     const char *name = s->material.name ? s->material.name : "material";
     s->material.name = kd_arena_printf(&arena, "%s", name);
     describe(s, shape_names[shape], &b);
-    s->arena = arena;
-    s->model.internal = &s->arena;
+    s->memory = (model_memory){arena, 1};
+    s->model.internal = &s->memory;
     *out = &s->model;
     return KD_OK;
 }

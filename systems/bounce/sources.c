@@ -17,6 +17,9 @@ static const float SHARE_DRIFT = 0.2f;  /* of all light in one frame, by many sm
 static const float SOURCE_JUMP = 0.5f;  /* of a source's light */
 static const float PLACE_JUMP = 0.125f; /* of the finest cascade's width */
 
+/* Sources that went and are looked for among those that came: more have jumped. */
+enum { MOST_REPLACED = 1024 };
+
 enum { KIND_LAMP, KIND_SKY, KIND_AMBIENT, KIND_GLOW };
 
 static uint64_t key_of(unsigned kind, kd_entity e, uint32_t part)
@@ -43,7 +46,7 @@ static void add(light_sources *s, uint64_t key, float flux, kd_vec3 place)
         s->now = grown;
         s->now_capacity = capacity;
     }
-    s->now[s->now_count++] = (light_source){key, flux, {place.x, place.y, place.z}};
+    s->now[s->now_count++] = (light_source){key, flux, {place.x, place.y, place.z}, false};
 }
 
 /* ---- kinds ---- */
@@ -122,25 +125,44 @@ static float jump_of(const light_source *a, const light_source *b, float width)
     return change > SOURCE_JUMP * most ? change : 0;
 }
 
-static float jumps(const light_sources *s, float width)
+static bool same_kind(const light_source *a, const light_source *b)
+{
+    return a->key >> 62 == b->key >> 62;
+}
+
+/* A source that is new may stand for one that went, with the same light in the same place: a scenario that is
+ * loaded anew makes its lamps again. Takes that one off the list. */
+static bool replaces_one(light_source *gone, uint32_t *count, const light_source *is, float width)
+{
+    for (uint32_t i = 0; i < *count; i++) {
+        if (!same_kind(&gone[i], is) || jump_of(&gone[i], is, width) > 0)
+            continue;
+        gone[i] = gone[--*count];
+        return true;
+    }
+    return false;
+}
+
+/* Turns the list of the frame before into that of what went, which nobody needs after. */
+static float jumps(light_sources *s, float width)
 {
     float sum = 0;
-    uint32_t a = 0, b = 0;
-    while (a < s->before_count || b < s->now_count) {
-        const light_source *was = a < s->before_count ? &s->before[a] : NULL;
-        const light_source *is = b < s->now_count ? &s->now[b] : NULL;
-        if (was && is && was->key == is->key) {
-            sum += jump_of(was, is, width);
-            a++, b++;
-        } else if (!is || (was && was->key < is->key)) {
-            sum += was->flux;
-            a++;
-        } else {
-            sum += is->flux;
-            b++;
-        }
+    uint32_t a = 0, gone = 0;
+    for (uint32_t b = 0; b < s->now_count; b++) {
+        light_source *is = &s->now[b];
+        while (a < s->before_count && s->before[a].key < is->key)
+            s->before[gone++] = s->before[a++];
+        is->fresh = a == s->before_count || s->before[a].key != is->key;
+        if (!is->fresh)
+            sum += jump_of(&s->before[a++], is, width);
     }
-    return sum;
+    while (a < s->before_count)
+        s->before[gone++] = s->before[a++];
+    bool few = gone <= MOST_REPLACED;
+    for (uint32_t b = 0; b < s->now_count; b++)
+        if (s->now[b].fresh && !(few && replaces_one(s->before, &gone, &s->now[b], width)))
+            sum += s->now[b].flux;
+    return sum + total(s->before, gone);
 }
 
 static void turn_over(light_sources *s)

@@ -10,6 +10,7 @@ typedef struct light_source {
     uint64_t key;      /* the same thing in every frame */
     float flux;        /* lm, roughly: for shares of the whole */
     float place_ws[3]; /* m; of what shines from far away, its direction times the finest cascade's width */
+    bool fresh;        /* the frame before had nothing of this key */
 } light_source;
 
 typedef struct light_sources {

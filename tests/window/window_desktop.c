@@ -40,16 +40,7 @@ static const char scene[] =
 
 static int times_made(void)
 {
-    char said[8192];
-    FILE *file = fopen("said.txt", "rb");
-    size_t size = file ? fread(said, 1, sizeof said - 1, file) : 0;
-    int count = 0;
-    said[size] = '\0';
-    if (file)
-        fclose(file);
-    for (const char *p = said; (p = strstr(p, "made anew")) != NULL; p++)
-        count++;
-    return count;
+    return window_times_said("made anew");
 }
 
 static double mean(int channel)

@@ -78,7 +78,7 @@ static kd_status open_all(rig *r, const app_options *options, const char *const 
     r->world = kd_world_make();
     if (!r->jobs || !r->world)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    status = app_scene_load(&r->scene, r->world, &r->options);
+    status = app_scene_load(&r->scene, r->world, &r->options, NULL);
     if (status == KD_OK)
         status = kd_gpu_open(
             &(kd_gpu_desc){.api = options->context, .shaders = app_shaders(options->extension)}, &r->gpu);

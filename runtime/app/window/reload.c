@@ -44,12 +44,12 @@ window_watch *window_watch_make(void)
     return NULL;
 }
 
+/* Folders stay watched, and have their number again when they are added again: what happens in between is
+ * not lost, and what happens in those that are not is passed over. */
 void window_watch_clear(window_watch *w)
 {
-    for (uint32_t i = 0; w && i < w->entry_count; i++) {
-        inotify_rm_watch(w->inotify, w->entries[i].folder); /* of a folder named twice: fails, and may */
+    for (uint32_t i = 0; w && i < w->entry_count; i++)
         free(w->entries[i].name);
-    }
     if (w)
         w->entry_count = 0;
 }

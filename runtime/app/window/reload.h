@@ -11,7 +11,11 @@
 
 typedef struct window_watch window_watch;
 
-typedef enum window_change { WINDOW_CHANGED_SCENE = 1, WINDOW_CHANGED_SHADERS = 2 } window_change;
+typedef enum window_change {
+    WINDOW_CHANGED_SCENARIO = 1, /* the scenario or one of its modules */
+    WINDOW_CHANGED_SHADERS = 2,
+    WINDOW_CHANGED_MODEL = 4, /* or a file that it names */
+} window_change;
 
 /** Returns NULL, after a warning, when the system tells nothing about files. */
 window_watch *window_watch_make(void);

@@ -1,6 +1,7 @@
 /* Another scene, or the same from files that were written anew, in the place of the one that is on. The new
  * one is loaded, opened and has made its first frame before the old one goes: when any of that fails the old
- * one stays. */
+ * one stays. Of a scenario alone that was written anew the first step suffices: then the world that is on is
+ * filled by it, and all that the GPU has is used again. */
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +13,10 @@
 #include "runtime/core/log.h"
 
 /* A scene that is loaded anew is brought to the frame that was on, if its steps take no longer than this. */
-#define CATCH_UP_S 0.2
+#define CATCH_UP_S 0.1
+
+/* What a scenario registers stays with its world: now and then one is made anew whole. */
+enum { MOST_RENEWALS = 16 };
 
 /* ---- the scenes beside ---- */
 
@@ -74,9 +78,9 @@ void window_watch_files(window_session *s)
     const kd_scene_store *store = kd_singleton(scene->world, kd_scene_store);
     const char *shaders = getenv("KANDIL_SHADER_DIR");
     window_watch_clear(s->watch);
-    window_watch_file(s->watch, s->subject, WINDOW_CHANGED_SCENE);
+    window_watch_file(s->watch, s->subject, scene->script ? WINDOW_CHANGED_SCENARIO : WINDOW_CHANGED_MODEL);
     for (uint32_t i = 0; scene->script && i < kd_script_file_count(scene->script); i++)
-        window_watch_file(s->watch, kd_script_file(scene->script, i), WINDOW_CHANGED_SCENE);
+        window_watch_file(s->watch, kd_script_file(scene->script, i), WINDOW_CHANGED_SCENARIO);
     for (uint32_t i = 0; i < scene->loaded_count; i++) {
         char path[KD_PATH_MAX];
         const char *key = scene->loaded[i].key; /* the path is its first line */
@@ -84,9 +88,9 @@ void window_watch_files(window_session *s)
         if (!is_scene(path))
             continue;
         const kd_model *model = store->models[scene->loaded[i].model].model;
-        window_watch_file(s->watch, path, WINDOW_CHANGED_SCENE);
+        window_watch_file(s->watch, path, WINDOW_CHANGED_MODEL);
         for (uint32_t k = 0; k < model->file_count; k++)
-            window_watch_file(s->watch, model->files[k], WINDOW_CHANGED_SCENE);
+            window_watch_file(s->watch, model->files[k], WINDOW_CHANGED_MODEL);
     }
     if (shaders && *shaders && kd_path_join(folder, sizeof folder, shaders, "shaders") == KD_OK)
         window_watch_tree(s->watch, folder, WINDOW_CHANGED_SHADERS);
@@ -124,14 +128,30 @@ static uint64_t catch_up(app_stage *stage, uint64_t frame)
     return next;
 }
 
-static kd_status open_other(window_session *s, const app_options *options, app_stage **out)
+static kd_status open_other(window_session *s, app_stage *other)
 {
-    kd_status status = app_stage_load(options, s->desc->jobs, out);
-    if (status != KD_OK)
-        return status;
-    carry_over(s, *out);
-    status = app_stage_open(*out, &s->desc->reopen);
-    return status == KD_OK ? app_stage_frame(*out, 0) : status;
+    carry_over(s, other);
+    kd_status status = app_stage_open(other, &s->desc->reopen);
+    return status == KD_OK ? app_stage_frame(other, 0) : status;
+}
+
+/* The other stage came to nothing; why was said. */
+static void leave_out(window_session *s, app_stage *other)
+{
+    app_stage_close(other);
+    kd_gpu_forgive(s->gpu);
+    s->alarm = true;
+    app_console_recover();
+}
+
+static void go_on_at(window_session *s, uint64_t frame)
+{
+    s->frame = frame;
+    s->stopped = false;
+    s->alarm = false;
+    s->next_step_s = s->now_s;
+    window_touch(s);
+    window_watch_files(s);
 }
 
 /* Take the other stage on; `frame` is where its time is. */
@@ -141,19 +161,22 @@ static kd_status take_on(window_session *s, app_stage *other, uint64_t frame)
     app_stage_close(s->stage);
     s->stage = other;
     s->stage->options = s->options;
-    s->frame = frame;
-    s->stopped = false;
-    s->alarm = false;
-    s->next_step_s = s->now_s;
     s->profile_row = 0;
-    window_touch(s);
-    window_watch_files(s);
+    s->renewals = 0;
+    go_on_at(s, frame);
     return window_stage_begin(s);
+}
+
+static void say_on(window_session *s, uint64_t began_ns)
+{
+    char said[KD_PATH_MAX + 64];
+    snprintf(said, sizeof said, "%s is on, after %.0f ms", s->subject,
+             (double)(kd_clock_ns() - began_ns) * 1e-6);
+    window_note(s, false, said);
 }
 
 static kd_status change_scene(window_session *s, const char *subject)
 {
-    char said[KD_PATH_MAX + 64];
     bool same = strcmp(subject, s->subject) == 0;
     const char **kept = calloc(s->desc->options->set_count + 1, sizeof *kept);
     app_options options = *s->desc->options;
@@ -165,12 +188,11 @@ static kd_status change_scene(window_session *s, const char *subject)
     options.subject = subject;
     app_console_recover();
     uint64_t began_ns = kd_clock_ns(), frame = 1;
-    kd_status status = open_other(s, &options, &other);
+    kd_status status = app_stage_load(&options, s->desc->jobs, NULL, &other);
+    if (status == KD_OK)
+        status = open_other(s, other);
     if (status != KD_OK) {
-        app_stage_close(other);
-        kd_gpu_forgive(s->gpu);
-        s->alarm = true;
-        app_console_recover();
+        leave_out(s, other);
         free((void *)kept);
         return KD_OK;
     }
@@ -184,10 +206,74 @@ static kd_status change_scene(window_session *s, const char *subject)
     if (!same)
         s->camera.mode = WINDOW_CAMERA_FIXED;
     status = take_on(s, other, frame);
-    snprintf(said, sizeof said, "%s is on, after %.0f ms", subject,
-             (double)(kd_clock_ns() - began_ns) * 1e-6);
-    window_note(s, false, said);
+    say_on(s, began_ns);
     return status;
+}
+
+/* ---- the same world, filled anew ---- */
+
+/* Settings that say how something is looked at: no system keeps anything that was made by them. */
+static bool is_of_looks(const char *key)
+{
+    static const char *const groups[] = {"view.", "cones.", "ao.", "specular.", NULL};
+    for (int i = 0; groups[i]; i++)
+        if (strncmp(key, groups[i], strlen(groups[i])) == 0)
+            return true;
+    return false;
+}
+
+static bool same_settings(const kd_settings *a, const kd_settings *b)
+{
+    size_t count;
+    const kd_setting_row *rows = kd_settings_rows(&count);
+    for (size_t i = 0; i < count; i++)
+        if (!is_of_looks(rows[i].key) && kd_settings_value(a, &rows[i]) != kd_settings_value(b, &rows[i]))
+            return false;
+    return true;
+}
+
+/* The steps from the first on, as the other scene has shown that they can be made. Its messages were said. */
+static kd_status fill_anew(window_session *s)
+{
+    app_console_set_quiet(true);
+    kd_status status = app_stage_renew(s->stage);
+    app_stage_enable_gpu(s->stage, false);
+    if (status == KD_OK)
+        status = app_stage_frame(s->stage, 0);
+    app_stage_enable_gpu(s->stage, true);
+    app_console_set_quiet(s->desc->options->quiet);
+    return status;
+}
+
+/* The scenario was written anew, its models were not. An extension may keep what we do not know of. */
+static kd_status renew_scene(window_session *s)
+{
+    app_stage *trial = NULL;
+    uint64_t began_ns = kd_clock_ns();
+    app_console_recover();
+    kd_status status = app_stage_load(&s->options, s->desc->jobs, s->stage, &trial);
+    bool stays = status == KD_OK && !s->options.extension && !s->broken_shaders &&
+                 s->renewals < MOST_RENEWALS &&
+                 same_settings(&trial->scene.settings, &s->stage->scene.settings);
+    if (status == KD_OK)
+        status = stays ? app_scene_step(&trial->scene, 0) : open_other(s, trial);
+    if (status != KD_OK) {
+        leave_out(s, trial);
+        return KD_OK;
+    }
+    if (!stays) {
+        status = take_on(s, trial, catch_up(trial, s->frame));
+        say_on(s, began_ns);
+        return status;
+    }
+    app_stage_close(trial);
+    s->chosen = KD_NO_ENTITY;
+    s->renewals++;
+    if (fill_anew(s) != KD_OK)
+        return change_scene(s, s->subject);
+    go_on_at(s, catch_up(s->stage, s->frame));
+    say_on(s, began_ns);
+    return KD_OK;
 }
 
 /* ---- shaders ---- */
@@ -238,8 +324,8 @@ kd_status window_switch(window_session *s)
     uint32_t changes = window_watch_poll(s->watch, s->now_s);
     if (changes & WINDOW_CHANGED_SHADERS)
         reload_shaders(s);
-    bool other = s->next_subject[0] != '\0', same = s->reload_asked || (changes & WINDOW_CHANGED_SCENE);
-    if (!other && !same)
+    bool other = s->next_subject[0] != '\0', whole = s->reload_asked || (changes & WINDOW_CHANGED_MODEL);
+    if (!other && !whole && !(changes & WINDOW_CHANGED_SCENARIO))
         return KD_OK;
     snprintf(subject, sizeof subject, "%s", other ? s->next_subject : s->subject);
     s->next_subject[0] = '\0';
@@ -248,5 +334,5 @@ kd_status window_switch(window_session *s)
         window_note(s, true, "the scene stays: what is written of it (--out, --profile FILE) has begun");
         return KD_OK;
     }
-    return change_scene(s, subject);
+    return other || whole ? change_scene(s, subject) : renew_scene(s);
 }

@@ -1,0 +1,13 @@
+#ifndef KD_ASSET_MODEL_MEMORY_H
+#define KD_ASSET_MODEL_MEMORY_H
+
+/* What kd_model.internal points to: the arena that a model stands in, and how many hold it. */
+
+#include "runtime/core/arena.h"
+
+typedef struct model_memory {
+    kd_arena arena;
+    uint32_t holders;
+} model_memory;
+
+#endif
