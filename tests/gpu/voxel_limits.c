@@ -155,10 +155,10 @@ static void voxels_that_no_buffer_holds_are_left_out_whole(void **state)
     (void)state;
     voxelizer tool = {0};
     kd_voxel_chunk chunk;
-    const uint32_t count = 701 * 701;
+    const uint32_t count = 351 * 351;
     const int64_t limit = (int64_t)count * 16 * 4 + 1000; /* eight chunks of shapes; sums of one */
     voxel_world v = voxel_open((voxel_options){.resolution = 256, .span = SPAN});
-    voxel_spawn(&v, make_grid(100, 700 * SPAN), voxel_at(0, 0, 0));
+    voxel_spawn(&v, make_grid(50, 350 * SPAN), voxel_at(0, 0, 0));
     voxel_frame(&v);
     assert_int_equal(voxelizer_init(voxel_gpu, &tool), KD_OK);
     assert_left_out(&v, &tool, limit - 2000, KD_OUT_OF_RANGE);
