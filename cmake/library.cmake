@@ -26,6 +26,7 @@ set_target_properties(kandil_shared PROPERTIES EXPORT_NAME kandil VERSION ${PROJ
     SOVERSION ${PROJECT_VERSION_MAJOR} LINK_DEPENDS ${kd_exports})
 target_link_options(kandil_shared PRIVATE -Wl,--version-script=${kd_exports} -Wl,--no-undefined)
 target_link_libraries(kandil_shared PRIVATE ${kd_third_parties})
+kd_count_allocations(kandil_shared)
 set(kd_static_links imgui stb lua5.4 spng webp draco meshoptimizer xxhash zstd embree3 osdCPU tinyexr stdc++ ${CMAKE_DL_LIBS} pthread m)
 target_link_libraries(kandil_static INTERFACE ${kd_static_links})
 foreach(library kandil_shared kandil_static)

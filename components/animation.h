@@ -9,6 +9,7 @@
 typedef struct kd_animation {
     uint32_t clip; /* kd_scene_store.clips entry plus one; 0: none */
     float time_s;  /* in the clip, of the pose that comes next */
+    float time_rest_s; /* what rounding took from it: added to it the sum of all steps */
     float speed;   /* 1 is as recorded; may be negative */
     bool loop;
     bool paused;
@@ -28,6 +29,7 @@ KD_COMPONENT_DECLARE(kd_animation); /* default: speed 1, loop */
 typedef struct kd_animation_layers {
     uint32_t clip[KD_ANIMATION_LAYERS]; /* as in kd_animation; 0: none */
     float time_s[KD_ANIMATION_LAYERS];
+    float time_rest_s[KD_ANIMATION_LAYERS];
     float speed[KD_ANIMATION_LAYERS];
     float weight[KD_ANIMATION_LAYERS]; /* 0 … 1, now */
     float target[KD_ANIMATION_LAYERS]; /* weight that it fades to; a layer that has faded to 0 ends */

@@ -105,7 +105,8 @@ static kd_status open_trace(app_timing *t, kd_jobs *jobs)
     static const char *const names[APP_COUNTER_COUNT] = {
         [APP_COUNTER_VOXELS] = "voxels",         [APP_COUNTER_NODES] = "tree nodes",
         [APP_COUNTER_ENTITIES] = "entities",     [APP_COUNTER_GPU_BYTES] = "GPU bytes",
-        [APP_COUNTER_HEAP_BYTES] = "heap bytes", [APP_COUNTER_WORLD_BYTES] = "world bytes"};
+        [APP_COUNTER_HEAP_BYTES] = "heap bytes", [APP_COUNTER_WORLD_BYTES] = "world bytes",
+        [APP_COUNTER_ALLOCATIONS] = "allocations", [APP_COUNTER_ALLOCATED_BYTES] = "allocated bytes"};
     kd_status status = kd_profile_trace(t->profile, kd_jobs_threads(jobs));
     if (status != KD_OK)
         return status;
@@ -156,10 +157,21 @@ void app_timing_section(app_timing *t, app_timing_row row, bool begins)
 
 void app_timing_frame_begin(app_timing *t)
 {
+    t->before = kd_allocations_so_far();
     kd_profile_frame_begin(t->profile);
 }
 
-static void count_all(app_timing *t)
+/* What the frame took; nothing is fed where the linker counts nothing. */
+static kd_allocations count_allocations(app_timing *t)
+{
+    kd_allocations now = kd_allocations_so_far(),
+                   taken = {now.count - t->before.count, now.bytes - t->before.bytes};
+    if (now.count)
+        kd_profile_allocated(t->profile, taken.count, taken.bytes);
+    return taken;
+}
+
+static void count_all(app_timing *t, kd_allocations taken)
 {
     const kd_tree *tree = kd_singleton(t->world, kd_tree);
     struct mallinfo2 heap = mallinfo2();
@@ -170,6 +182,8 @@ static void count_all(app_timing *t)
         [APP_COUNTER_GPU_BYTES] = (double)kd_gpu_bytes(t->gpu),
         [APP_COUNTER_HEAP_BYTES] = (double)(heap.uordblks + heap.hblkhd),
         [APP_COUNTER_WORLD_BYTES] = (double)kd_world_bytes(t->world),
+        [APP_COUNTER_ALLOCATIONS] = (double)taken.count,
+        [APP_COUNTER_ALLOCATED_BYTES] = (double)taken.bytes,
     };
     for (uint32_t i = 0; i < APP_COUNTER_COUNT; i++)
         kd_profile_counter(t->profile, t->counters[i], values[i]);
@@ -177,6 +191,7 @@ static void count_all(app_timing *t)
 
 void app_timing_frame_end(app_timing *t)
 {
+    kd_allocations taken = count_allocations(t);
     if (t->gpu_timing)
         app_gpu_timing_collect(t->gpu_timing, false);
     app_timing_section(t, APP_ROW_END, false);
@@ -184,7 +199,7 @@ void app_timing_frame_end(app_timing *t)
     for (uint32_t i = 0; t->mode != APP_TIMING_OFF && i < kd_schedule_count(t->schedule); i++)
         kd_profile_bytes(t->profile, i, kd_schedule_bytes_moved(t->schedule, i));
     if (t->trace)
-        count_all(t);
+        count_all(t, taken);
 }
 
 void app_timing_finish(app_timing *t)

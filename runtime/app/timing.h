@@ -5,6 +5,7 @@
  * systems are timed by pairs of timestamps read some frames later, or, in sync mode, by finishing before and
  * after and reading the CPU's clock: the only figure that software drivers can be trusted with. */
 
+#include "runtime/core/allocations.h"
 #include "runtime/app/gpu_timing.h"
 #include "runtime/ecs/system.h"
 #include "runtime/jobs/jobs.h"
@@ -33,6 +34,8 @@ enum {
     APP_COUNTER_GPU_BYTES,
     APP_COUNTER_HEAP_BYTES,
     APP_COUNTER_WORLD_BYTES,
+    APP_COUNTER_ALLOCATIONS,
+    APP_COUNTER_ALLOCATED_BYTES,
     APP_COUNTER_COUNT
 };
 
@@ -46,6 +49,7 @@ typedef struct app_timing {
     bool trace;
     uint32_t first_row; /* of those above */
     uint32_t counters[APP_COUNTER_COUNT];
+    kd_allocations before; /* the frame that runs */
 } app_timing;
 
 typedef struct app_timing_desc {

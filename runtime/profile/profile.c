@@ -49,6 +49,7 @@ struct kd_profile {
     char clock[64];
     uint64_t frame_start_ns;
     series frame_times;
+    kd_profile_allocations allocations;
     worker_state workers[MAX_WORKERS];
     kd_trace *trace; /* NULL: statistics alone */
     uint32_t gpu_track;
@@ -256,6 +257,22 @@ void kd_profile_gpu_pass(kd_profile *p, uint32_t name, uint64_t start_ns, uint64
 uint32_t kd_profile_pass_name(kd_profile *p, const char *name)
 {
     return p->trace ? kd_trace_intern(p->trace, name, "pass") : 0;
+}
+
+void kd_profile_allocated(kd_profile *p, uint64_t count, uint64_t bytes)
+{
+    kd_profile_allocations *a = &p->allocations;
+    a->frames++;
+    a->frames_without += count == 0;
+    a->most = count > a->most ? count : a->most;
+    a->most_bytes = bytes > a->most_bytes ? bytes : a->most_bytes;
+    a->last = count;
+    a->last_bytes = bytes;
+}
+
+kd_profile_allocations kd_profile_get_allocations(const kd_profile *p)
+{
+    return p->allocations;
 }
 
 uint32_t kd_profile_counter_name(kd_profile *p, const char *name)

@@ -49,6 +49,17 @@ void kd_profile_gpu(kd_profile *p, uint32_t system, uint64_t ns);
 /** Feed how much memory the last run of a system moved. */
 void kd_profile_bytes(kd_profile *p, uint32_t system, uint64_t bytes);
 
+/* What all of a run took from the heap, frame by frame. */
+typedef struct kd_profile_allocations {
+    uint64_t frames, frames_without; /* fed; without a single one */
+    uint64_t most, most_bytes;       /* in one frame */
+    uint64_t last, last_bytes;       /* in the newest */
+} kd_profile_allocations;
+/** Feed how often the frame that has just ended took memory, and how much of it. Threading: as frame_end. */
+void kd_profile_allocated(kd_profile *p, uint64_t count, uint64_t bytes);
+/** Get them. Zeros unless fed. */
+kd_profile_allocations kd_profile_get_allocations(const kd_profile *p);
+
 /* What a system did besides taking time: runs, the frames without one and why, rows its queries showed it. */
 typedef struct kd_profile_counts {
     uint64_t runs, disabled, not_due, refused; /* switched off; not due by its rate; its condition said no */

@@ -50,6 +50,15 @@ static void write_idle(const kd_profile *p, FILE *out)
         fputc('\n', out);
 }
 
+static void write_allocations(const kd_profile *p, FILE *out)
+{
+    const kd_profile_allocations a = kd_profile_get_allocations(p);
+    if (a.frames)
+        fprintf(out, "allocations: none in %llu of %llu frames; %llu, %.2f MB, in the last; at most %llu, %.2f MB\n",
+                (unsigned long long)a.frames_without, (unsigned long long)a.frames, (unsigned long long)a.last,
+                (double)a.last_bytes * 1e-6, (unsigned long long)a.most, (double)a.most_bytes * 1e-6);
+}
+
 void kd_profile_write_table(const kd_profile *p, FILE *out)
 {
     int width = name_width(p);
@@ -66,6 +75,7 @@ void kd_profile_write_table(const kd_profile *p, FILE *out)
             "", frame.median_ms, frame.p95_ms, frame.max_ms, "", (double)frame.bytes * 1e-6,
             (unsigned long long)frame.runs, "", "");
     write_idle(p, out);
+    write_allocations(p, out);
     fprintf(out, "GPU systems by: %s\n", profile_clock(p));
 }
 
@@ -78,20 +88,40 @@ static void write_times(kd_json *json, const kd_profile_stats *stats, const char
     }
 }
 
-static void write_counts(kd_json *json, const kd_profile_counts *c)
+typedef struct json_count {
+    const char *key;
+    uint64_t value;
+} json_count;
+
+static void write_numbers(kd_json *json, const json_count *rows, size_t count)
 {
-    const struct {
-        const char *key;
-        uint64_t value;
-    } rows[] = {{"runs", c->runs},
-                {"disabled", c->disabled},
-                {"not_due", c->not_due},
-                {"refused", c->refused},
-                {"rows", c->rows}};
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    for (size_t i = 0; i < count; i++) {
         kd_json_key(json, rows[i].key);
         kd_json_uint(json, rows[i].value);
     }
+}
+
+static void write_counts(kd_json *json, const kd_profile_counts *c)
+{
+    const json_count rows[] = {{"runs", c->runs},
+                               {"disabled", c->disabled},
+                               {"not_due", c->not_due},
+                               {"refused", c->refused},
+                               {"rows", c->rows}};
+    write_numbers(json, rows, sizeof rows / sizeof *rows);
+}
+
+static void write_allocation_counts(kd_json *json, kd_profile_allocations a)
+{
+    const json_count rows[] = {{"frames", a.frames},         {"frames_without", a.frames_without},
+                               {"last", a.last},             {"last_bytes", a.last_bytes},
+                               {"most", a.most},             {"most_bytes", a.most_bytes}};
+    if (!a.frames)
+        return;
+    kd_json_key(json, "allocations");
+    kd_json_object_begin(json);
+    write_numbers(json, rows, sizeof rows / sizeof *rows);
+    kd_json_object_end(json);
 }
 
 static void write_system(kd_json *json, const kd_profile_system *system, const kd_profile_stats *stats)
@@ -117,6 +147,7 @@ void kd_profile_write_json(const kd_profile *p, kd_json *json)
     kd_json_object_begin(json);
     write_times(json, &frame, (const char *const[]){"median", "p95", "max"});
     kd_json_object_end(json);
+    write_allocation_counts(json, kd_profile_get_allocations(p));
     kd_json_key(json, "systems");
     kd_json_array_begin(json);
     for (uint32_t i = 0; i < kd_profile_system_count(p); i++) {

@@ -227,23 +227,24 @@ static void advance_layer(kd_animation_layers *l, uint32_t k, const kd_clip_desc
         l->clip[k] = 0;
         return;
     }
-    l->time_s[k] =
-        animation_wrap((double)l->time_s[k] + dt_s * (double)l->speed[k], clip->duration, l->loop[k]);
+    animation_advance(&l->time_s[k], &l->time_rest_s[k], dt_s * (double)l->speed[k], clip->duration,
+                      l->loop[k]);
     float share = l->fade_s[k] > (float)dt_s ? (float)dt_s / l->fade_s[k] : 1;
     l->weight[k] += (l->target[k] - l->weight[k]) * share;
     l->fade_s[k] = l->fade_s[k] > (float)dt_s ? l->fade_s[k] - (float)dt_s : 0;
 }
 
-static void advance(player *p, float dt_s)
+static void advance(player *p, double dt_s)
 {
     kd_animation *a = p->animation;
-    double dt = a->paused ? 0 : (double)dt_s;
+    double dt = a->paused ? 0 : dt_s;
     for (uint32_t k = 0; k < KD_ANIMATION_LAYERS && p->layers; k++)
         if (p->layer_clips[k])
             advance_layer(p->layers, k, p->layer_clips[k], dt);
     if (!p->clip)
         return;
-    a->time_s = animation_wrap((double)p->time_s + dt * (double)a->speed, p->clip->duration, a->loop);
+    a->time_s = p->time_s;
+    animation_advance(&a->time_s, &a->time_rest_s, dt * (double)a->speed, p->clip->duration, a->loop);
     if (!a->previous_clip)
         return;
     if (!p->previous || p->previous_weight <= 0) { /* its last traces have been written over */
@@ -324,6 +325,12 @@ static uint32_t collect(const animation_state *state, const kd_scene_store *stor
     return count;
 }
 
+/* The schedule has the frame's step without its rounding. */
+static double step_of(const kd_system_context *c, const kd_frame *frame)
+{
+    return (float)c->dt_s == frame->dt_s ? c->dt_s : (double)frame->dt_s;
+}
+
 static void animation_run(kd_system_context *c)
 {
     const animation_state *state = c->user;
@@ -339,7 +346,7 @@ static void animation_run(kd_system_context *c)
         const kd_entity *entities = store->node_entities + players[i].animation->first_node;
         write_transforms(c->world, entities, &players[i]);
         write_weights(c->world, entities, &players[i]);
-        advance(&players[i], frame->dt_s);
+        advance(&players[i], step_of(c, frame));
     }
 }
 

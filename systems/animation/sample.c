@@ -17,6 +17,14 @@ float animation_wrap(double time_s, float duration_s, bool loop)
     return wrapped < duration_s ? wrapped : 0; /* rounding may have reached the end, which is the start */
 }
 
+void animation_advance(float *time_s, float *rest_s, double step_s, float duration_s, bool loop)
+{
+    double exact = (double)*time_s + (double)*rest_s + step_s, d = duration_s;
+    bool held = !loop && !(exact >= 0 && exact <= d), valid = d > 0 && isfinite(exact);
+    *time_s = animation_wrap(exact, duration_s, loop);
+    *rest_s = valid && !held ? (float)remainder(exact - (double)*time_s, d) : 0;
+}
+
 /* The last key at or before the time, by bisection; the caller has excluded times outside the keys. */
 static uint32_t key_before(const kd_channel_desc *channel, float time_s)
 {

@@ -17,4 +17,8 @@ void animation_sample(const kd_channel_desc *channel, float time_s, float *out, 
  */
 float animation_wrap(double time_s, float duration_s, bool loop);
 
+/** Let time in a clip pass. What rounding takes from it is kept in rest_s, so that an hour of steps is an hour.
+ */
+void animation_advance(float *time_s, float *rest_s, double step_s, float duration_s, bool loop);
+
 #endif

@@ -92,6 +92,10 @@ static void memory_is_counted_every_frame(void **state)
     run("--profile b.json");
     assert_int_equal(count_values("b.json", "heap bytes"), FRAMES);
     assert_int_equal(count_values("b.json", "world bytes"), FRAMES);
+    /* The first frame makes what lasts; what stands still takes nothing more. */
+    int taking = count_values("b.json", "allocations");
+    assert_in_range(taking, 1, FRAMES - 1);
+    assert_int_equal(count_values("b.json", "allocated bytes"), taking);
 }
 
 static void a_run_is_compared_with_an_earlier_one(void **state)

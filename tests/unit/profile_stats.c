@@ -268,6 +268,22 @@ static void table_names_what_never_ran_and_why(void **state)
     kd_profile_destroy(p);
 }
 
+static void allocations_are_told_by_frame(void **state)
+{
+    const kd_profile_system system = {"draw", "cull", false};
+    kd_profile *p = kd_profile_make(&system, 1);
+    (void)state;
+    assert_int_equal(kd_profile_get_allocations(p).frames, 0);
+    kd_profile_allocated(p, 7, 100);
+    kd_profile_allocated(p, 0, 0);
+    kd_profile_allocated(p, 2, 300);
+    const kd_profile_allocations a = kd_profile_get_allocations(p);
+    assert_true(a.frames == 3 && a.frames_without == 1);
+    assert_true(a.most == 7 && a.most_bytes == 300);
+    assert_true(a.last == 2 && a.last_bytes == 300);
+    kd_profile_destroy(p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -278,6 +294,7 @@ int main(void)
         cmocka_unit_test(skipped_systems_have_no_sample),
         cmocka_unit_test(gpu_times_replace_the_cost_of_recording),
         cmocka_unit_test(zones_may_run_on_several_workers),
+        cmocka_unit_test(allocations_are_told_by_frame),
         cmocka_unit_test(json_has_the_members_of_the_statistics_file),
         cmocka_unit_test(table_shows_what_ran_in_equal_columns),
         cmocka_unit_test(table_names_what_never_ran_and_why),
