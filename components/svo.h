@@ -57,7 +57,8 @@ typedef struct kd_svo {
     kd_gpu_buffer fresh;               /* static cells that are built anew: mask, then ranks */
     kd_gpu_buffer level_masks[2];      /* "svo.levels": both layers joined, this frame's and the last's */
     kd_gpu_buffer touched;             /* bits of leaf parents: touched, then those with dynamic cells */
-    kd_gpu_buffer diff, diff_ranks;    /* of the level at hand */
+    kd_gpu_buffer diff, diff_ranks;    /* of the level at hand; behind diff, of all levels, a bit a mask word
+                                          that is not what it was */
     kd_gpu_buffer book;                /* "svo.book": kd_svo_places */
     kd_gpu_buffer counters;            /* KD_COUNT_*, KD_ARGS_* */
     kd_gpu_buffer sums;                /* of the layer being added up */

@@ -3,7 +3,10 @@
 
 #include "runtime/gpu/internal.h"
 
-#define BLOCK_WORDS 32u
+static uint32_t blocks_of(uint32_t words)
+{
+    return (words + KD_GPU_RANK_BLOCK - 1) / KD_GPU_RANK_BLOCK;
+}
 
 kd_status kd_gpu_rank_init(kd_gpu *gpu, kd_gpu_rank *rank)
 {
@@ -39,7 +42,7 @@ kd_status kd_gpu_rank_run(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, ui
                           uint32_t words, kd_gpu_buffer ranks, uint32_t first_rank, kd_gpu_buffer counters,
                           uint32_t counter)
 {
-    uint32_t blocks = (words + BLOCK_WORDS - 1) / BLOCK_WORDS, groups = (blocks + 63) / 64;
+    uint32_t blocks = blocks_of(words), groups = (blocks + 63) / 64;
     uint32_t pass[4] = {first_mask, words, first_rank, counter};
     kd_status status = prepare(gpu, rank, mask, ranks, blocks);
     if (status) {
@@ -57,4 +60,21 @@ kd_status kd_gpu_rank_run(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, ui
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_dispatch_linear(gpu, rank->write, groups);
     return KD_OK;
+}
+
+kd_gpu_buffer kd_gpu_rank_sums(kd_gpu *gpu, kd_gpu_rank *rank, uint32_t words)
+{
+    kd_status status =
+        kd_gpu_ensure_buffer(gpu, &rank->sums, (size_t)blocks_of(words) * 4, 0, "rank.sums");
+    return status ? (kd_gpu_buffer){0} : rank->sums;
+}
+
+void kd_gpu_rank_scan(kd_gpu *gpu, kd_gpu_rank *rank, uint32_t words, kd_gpu_buffer counters,
+                      uint32_t counter)
+{
+    uint32_t pass[4] = {0, words, 0, counter};
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 1, rank->sums);
+    kd_gpu_bind_storage(gpu, 2, counters);
+    kd_gpu_dispatch(gpu, rank->scan, 1, 1, 1);
 }

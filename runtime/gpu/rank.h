@@ -23,4 +23,16 @@ kd_status kd_gpu_rank_run(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, ui
                           uint32_t words, kd_gpu_buffer ranks, uint32_t first_rank, kd_gpu_buffer counters,
                           uint32_t counter);
 
+/* For masks of which few words have anything new: the caller adds up each block of KD_GPU_RANK_BLOCK words
+ * itself, and a word's rank is what the scan leaves for its block plus the bits before it in the block. */
+#define KD_GPU_RANK_BLOCK 32u
+
+/** The sums of so many words' blocks, to be written. Errors KD_TOO_LARGE, KD_GPU: id 0 */
+kd_gpu_buffer kd_gpu_rank_sums(kd_gpu *gpu, kd_gpu_rank *rank, uint32_t words);
+
+/** Turn these sums into the number of bits before each block; the total goes to counters[counter]. Barriers
+ * are the caller's, as above. */
+void kd_gpu_rank_scan(kd_gpu *gpu, kd_gpu_rank *rank, uint32_t words, kd_gpu_buffer counters,
+                      uint32_t counter);
+
 #endif

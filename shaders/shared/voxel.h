@@ -167,6 +167,7 @@ KD_LAYOUT_CHECK(kd_svo_places, 160)
 #define KD_COUNT_NODES 8        /* + 4 * level + cascade: nodes in use */
 #define KD_COUNT_FREE 24        /* + level: free numbers */
 #define KD_COUNT_HIGH 28        /* one more than the highest number that a leaf parent ever had */
+#define KD_COUNT_AWAY 29        /* 1 when nodes stayed away for want of numbers */
 #define KD_COUNT_TRANSIENT 32
 #define KD_COUNT_TOUCHED 32     /* leaf parents in which the static layer was built anew, or the dynamic one is or was */
 #define KD_COUNT_CHANGED 33     /* + level: length of the lists of what is to be filtered */

@@ -4,14 +4,14 @@ layout(local_size_x = 64) in;
 
 #include "shaders/include/linear.glsl"
 #include "shaders/include/cell_pack.glsl"
-#include "shaders/include/voxel_pack.glsl"
+#include "shaders/include/splat_parents.glsl"
 #include "shaders/include/cell_shares.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: parents that there is room for
 layout(binding = 0) uniform usamplerBuffer voxels; // rgba32ui
 layout(binding = 1) uniform usamplerBuffer next;   // r32ui
 layout(std430, binding = 0) buffer counters_block { uint counters[]; };
-layout(std430, binding = 1) buffer heads_block { uvec2 heads[]; }; // first entry, code
+layout(std430, binding = 1) buffer heads_block { uint heads[]; }; // first entries
 layout(std430, binding = 2) writeonly buffer cells_block { uvec4 cells[]; };
 layout(std430, binding = 3) buffer masks_block { uint masks[]; }; // of the cells
 layout(std430, binding = 4) readonly buffer segments_block { kd_voxel_segment segments[]; };
@@ -48,6 +48,14 @@ eight shares(uvec2 place, uint corner)
     return marked(eight((sides * w0.z) >> 16, (sides * w1.z) >> 16));
 }
 
+// Code of the parent for which an entry is on a chain.
+uint parent_code(uint entry)
+{
+    uvec2 place = texelFetch(voxels, int(entry >> 3)).xy;
+    uint c = segments[(entry >> 3) / KD_SEGMENT_VOXELS].chunk_cascade >> 28;
+    return splat_parent_code(splat_parent_codes(splat_unpack(place.x, place.y), c), entry & 7u);
+}
+
 // What the eight cells send out; few parents have anything that glows.
 void add_emission(uint first, uint n, uint bits)
 {
@@ -72,10 +80,12 @@ void add_emission(uint first, uint n, uint bits)
 uint make_cells(uint n)
 {
     const eight none = eight(uvec4(0u), uvec4(0u));
-    uint first = heads[n].x, code = heads[n].y, share = 0u;
+    uint first = heads[n], share = 0u;
     eight weight = none, r = none, g = none, b = none, x = none, y = none, z = none, double_sided = none;
-    for (uint entry = first; entry != KD_EMPTY; entry = texelFetch(next, int(entry)).r) {
-        uvec4 v = texelFetch(voxels, int(entry >> 3));
+    // What the next round needs is asked for before this one is worked on: it lies anywhere.
+    uvec4 v = texelFetch(voxels, int(first >> 3));
+    for (uint entry = first, following; entry != KD_EMPTY; entry = following) {
+        following = texelFetch(next, int(entry)).r;
         eight w = shares(v.xy, entry & 7u);
         uvec3 albedo = share_albedo(v.w), normal = uvec3(snorm8_unpack(v.z));
         add(weight, w, 1u);
@@ -87,6 +97,7 @@ uint make_cells(uint n)
         add(z, w, normal.z);
         add(double_sided, w, share_double_sided(v.w));
         share |= v.z >> 24;
+        v = texelFetch(voxels, int(following >> 3));
     }
     uint bits = 0u;
 #define CELL(k, half, at)                                                                                                       \
@@ -98,8 +109,11 @@ uint make_cells(uint n)
     }
     CELL(0u, near, x) CELL(1u, near, y) CELL(2u, near, z) CELL(3u, near, w)
     CELL(4u, far, x) CELL(5u, far, y) CELL(6u, far, z) CELL(7u, far, w)
-    heads[n].x = KD_EMPTY;
-    atomicOr(masks[code >> 2], bits << (8u * (code & 3u)));
+    heads[n] = KD_EMPTY;
+    if (bits != 0u) {
+        uint code = parent_code(first);
+        atomicOr(masks[code >> 2], bits << (8u * (code & 3u)));
+    }
     add_emission(first, n, share != 0u ? bits : 0u);
     return uint(bitCount(bits));
 }

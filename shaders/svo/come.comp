@@ -7,7 +7,8 @@ layout(local_size_x = 64) in;
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // y: level
 layout(std430, binding = 1) readonly buffer diff_block { uint diff[]; };
-layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };
+layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; }; // inside blocks of 32 words
+layout(std430, binding = 6) readonly buffer sums_block { uint sums[]; };   // before the blocks
 layout(std430, binding = 5) buffer masks_block { uint masks[]; };
 
 void come(uint level, uint code, uint number)
@@ -34,11 +35,13 @@ void main()
     if (n >= counters[KD_COUNT_PARTS])
         return;
     uint word = book[places.words.x + n];
-    uint bits = diff[word], rank = ranks[word], free = counters[KD_COUNT_FREE + level], come_count = 0u;
+    uint bits = diff[word], rank = sums[word >> 5] + ranks[word], free = counters[KD_COUNT_FREE + level], come_count = 0u;
     for (; bits != 0u && rank < free; bits &= bits - 1u, come_count++, rank++)
         come(level, word * 32u + uint(findLSB(bits)), book[places.free[level] + free - 1u - rank]);
-    if (bits != 0u)
+    if (bits != 0u) {
         masks[places.masks[level] + word] &= ~bits;
+        counters[KD_COUNT_AWAY] = 1u;
+    }
     if (come_count != 0u)
         atomicAdd(counters[KD_COUNT_NODES + 4u * level + (word * 32u >> (3u * (KD_DENSE_LOG2 + level)))], come_count);
 }

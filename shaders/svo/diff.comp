@@ -1,13 +1,16 @@
-// Nodes of a level that go, or that come. One that comes needs its parent: where there was no number left for that one, it
-// stays away too. Words with such nodes are listed.
+// Nodes of a level that go, or that come, in the words of its mask that are not what they were. One invocation a block of 32
+// words: it leaves the words' ranks inside the block and the block's sum, and lists the words. A node that comes needs its
+// parent: where there was no number left for that one, it stays away too.
 layout(local_size_x = 64) in;
 
 #include "shaders/include/svo_book.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words, y: first word, z: 1 for what comes, w: first word of the parents or KD_EMPTY
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 at; }; // x: blocks, y: first word, z: 1 for what comes, w: first word of the parents or KD_EMPTY; at.x: bits of the words
 layout(std430, binding = 3) buffer now_block { uint now[]; };
 layout(std430, binding = 1) readonly buffer before_block { uint before[]; };
-layout(std430, binding = 2) writeonly buffer diff_block { uint diff[]; };
+layout(std430, binding = 2) buffer diff_block { uint diff[]; }; // bits of nodes; of every level, bits of the words that changed
+layout(std430, binding = 4) writeonly buffer ranks_block { uint ranks[]; };
+layout(std430, binding = 5) writeonly buffer sums_block { uint sums[]; };
 
 // Eight children of each of four parents.
 uint children_of(uint word)
@@ -16,17 +19,30 @@ uint children_of(uint word)
     return ((four & 1u) | (four & 2u) << 7 | (four & 4u) << 14 | (four & 8u) << 21) * 255u;
 }
 
-void main()
+// Returns the bits of the nodes.
+uint go_or_come(uint word)
 {
-    uint word = gl_GlobalInvocationID.x;
-    if (word >= pass.x)
-        return;
     uint here = now[pass.y + word], was = before[pass.y + word];
-    uint may = pass.w == KD_EMPTY || pass.z == 0u ? KD_EMPTY : children_of(word);
+    if (pass.z == 0u)
+        return was & ~here;
+    uint may = pass.w == KD_EMPTY ? KD_EMPTY : children_of(word);
     if ((here & ~may) != 0u)
         now[pass.y + word] = here & may;
-    uint bits = pass.z == 0u ? was & ~here : here & may & ~was;
-    diff[word] = bits;
-    if (bits != 0u)
-        book[places.words.x + atomicAdd(counters[KD_COUNT_PARTS], 1u)] = word;
+    return here & may & ~was;
+}
+
+void main()
+{
+    uint block = gl_GlobalInvocationID.x, sum = 0u;
+    if (block >= pass.x)
+        return;
+    for (uint words = diff[at.x + block]; words != 0u; words &= words - 1u) {
+        uint word = block * 32u + uint(findLSB(words)), bits = go_or_come(word);
+        diff[word] = bits;
+        ranks[word] = sum;
+        sum += uint(bitCount(bits));
+        if (bits != 0u)
+            book[places.words.x + atomicAdd(counters[KD_COUNT_PARTS], 1u)] = word;
+    }
+    sums[block] = sum;
 }

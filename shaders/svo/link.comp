@@ -1,10 +1,9 @@
 // Chains the dynamic layer's page voxels to the leaf parents whose cells they cover: entry 8 * voxel + corner, where the corner
 // stands for a parent (splat_parents). A parent's place is the rank of its mask bit. Chains come in any order; what is made of
-// them (cells.comp) does not depend on it. The first of a chain notes the parent's code.
+// them (cells.comp) does not depend on it.
 layout(local_size_x = 64) in;
 
-#include "shaders/include/splat.glsl"
-#include "shaders/include/morton.glsl"
+#include "shaders/include/splat_parents.glsl"
 #include "shaders/include/rank.glsl"
 #include "shaders/include/linear.glsl"
 
@@ -14,7 +13,7 @@ layout(std430, binding = 4) readonly buffer counters_block { uint counters[]; };
 layout(std430, binding = 5) readonly buffer list_block { uint list[]; };       // of groups
 layout(std430, binding = 0) readonly buffer segments_block { kd_voxel_segment segments[]; };
 layout(std430, binding = 1) readonly buffer parents_block { uint parents[]; }; // mask, then ranks
-layout(std430, binding = 2) buffer heads_block { uvec2 heads[]; };             // first entry, code
+layout(std430, binding = 2) buffer heads_block { uint heads[]; };              // first entry
 layout(std430, binding = 3) writeonly buffer next_block { uint next[]; };           // from this round's first entry on
 
 void link(uint entry, uint code)
@@ -22,10 +21,7 @@ void link(uint entry, uint code)
     uint word = parents[code >> 5], rank = rank_below(parents[pass.y + (code >> 5)], word, code);
     if ((word >> (code & 31u) & 1u) == 0u || rank >= pass.x)
         return;
-    uint before = atomicExchange(heads[rank].x, entry);
-    next[entry - pass.z * (KD_SEGMENT_VOXELS * 8u)] = before;
-    if (before == KD_EMPTY)
-        heads[rank].y = code;
+    next[entry - pass.z * (KD_SEGMENT_VOXELS * 8u)] = atomicExchange(heads[rank], entry);
 }
 
 void main()
@@ -40,9 +36,10 @@ void main()
     if (place.x == KD_NO_VOXEL)
         return;
     splat s = splat_unpack(place.x, place.y);
-    uint c = segments[slot].chunk_cascade >> 28, first = cascade_first_bit(c);
+    uint c = segments[slot].chunk_cascade >> 28;
+    splat_codes codes = splat_parent_codes(s, c);
     for (uint corners = splat_parents(s, splat_corners(s, c)); corners != 0u; corners &= corners - 1u) {
         uint k = uint(findLSB(corners));
-        link(voxel * 8u + k, (first + morton_encode(cell_wrap(c, splat_cell(s, k)))) >> 3);
+        link(voxel * 8u + k, splat_parent_code(codes, k));
     }
 }

@@ -6,7 +6,8 @@ layout(local_size_x = 64) in;
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // y: level
 layout(std430, binding = 1) readonly buffer diff_block { uint diff[]; };
-layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; };
+layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; }; // inside blocks of 32 words
+layout(std430, binding = 6) readonly buffer sums_block { uint sums[]; };   // before the blocks
 
 void vanish(uint level, uint code, uint rank)
 {
@@ -32,7 +33,7 @@ void main()
     if (n >= counters[KD_COUNT_PARTS])
         return;
     uint word = book[places.words.x + n];
-    uint bits = diff[word], rank = ranks[word];
+    uint bits = diff[word], rank = sums[word >> 5] + ranks[word];
     if (bits != 0u)
         atomicAdd(counters[KD_COUNT_NODES + 4u * level + (word * 32u >> (3u * (KD_DENSE_LOG2 + level)))], 0u - uint(bitCount(bits)));
     for (; bits != 0u; bits &= bits - 1u)

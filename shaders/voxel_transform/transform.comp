@@ -5,8 +5,7 @@
 // Source: Yalciner 2016, section 4.3 (transformation) and 4.7; the coverage splat is ours.
 layout(local_size_x = 64) in;
 
-#include "shaders/include/splat.glsl"
-#include "shaders/include/morton.glsl"
+#include "shaders/include/splat_parents.glsl"
 #include "shaders/include/voxel_pose.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: segment slots, y: kind
@@ -45,14 +44,10 @@ layout(std430, binding = 6) buffer mask_block { uint mask[]; }; // of leaf paren
 // A leaf parent is marked by a dozen voxels in the mean: all but the first find the bit there and need no atomic.
 void mark(uint c, splat s)
 {
-    uvec3 near = cell_wrap(c, s.cell) >> 1u, far = cell_wrap(c, s.cell + 1) >> 1u;
-    uvec3 near_code = uvec3(morton_spread(near.x), morton_spread(near.y) << 1, morton_spread(near.z) << 2);
-    uvec3 far_code = uvec3(morton_spread(far.x), morton_spread(far.y) << 1, morton_spread(far.z) << 2);
-    uint first = cascade_first_bit(c) >> 3u;
+    splat_codes codes = splat_parent_codes(s, c);
     for (uint corners = splat_parents(s, splat_corners(s, c)); corners != 0u; corners &= corners - 1u) {
         uint k = uint(findLSB(corners));
-        uvec3 code = mix(near_code, far_code, notEqual(uvec3(k, k >> 1, k >> 2) & 1u, uvec3(0u)));
-        uint bit = first | code.x | code.y | code.z, flag = 1u << (bit & 31u);
+        uint bit = splat_parent_code(codes, k), flag = 1u << (bit & 31u);
         if ((mask[bit >> 5] & flag) == 0u)
             atomicOr(mask[bit >> 5], flag);
     }

@@ -75,7 +75,7 @@ typedef struct svo_state {
     kd_gpu_rank rank;
     kd_gpu_readback readback; /* counters of the frames before, without a stall */
     uint32_t texel_viewed[4]; /* buffers behind kd_tree's texel views */
-    kd_texel_view page_view, next_view, object_view;
+    kd_texel_view page_view, next_view, object_view, moving_view, still_view, moved_view;
     bool dynamic_before; /* there were dynamic voxels in the frame before */
     uint32_t said;       /* SVO_SAID_*: messages that were written */
     svo_room nodes, sums, fresh, dynamic; /* nodes: leaf parents */

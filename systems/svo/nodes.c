@@ -78,84 +78,111 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-/* One pass over the stale patches, or over all of the masks when something dynamic is or was there; the last
- * one leaves the list of words with touched parents. */
-static void merge_cells(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
-                        bool stale)
+/* First of the bits, one a word, of what has changed in a level's mask: behind the bits of nodes in `diff`. */
+static uint32_t changed_words(const kd_svo *svo, uint32_t l)
 {
-    uint32_t top = svo_levels(svo) - 1, words = svo->mask_words[top], patches = scene->stale_patch_count;
-    uint32_t pass[8] = {words, svo->mask_first[top], svo_levels(svo), patches, svo->has_moving};
+    return kd_svo_parent_words(svo) + svo->mask_first[l] / 32;
+}
+
+static void bind_merge(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t count)
+{
+    uint32_t top = svo_levels(svo) - 1;
+    uint32_t pass[8] = {count, svo->mask_first[top], svo_levels(svo), changed_words(svo, top),
+                        svo->has_moving};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_texel_view_bind(gpu, &state->moving_view, 0, svo->has_moving ? svo->moving : svo->masks, KD_RGBA32UI);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage(gpu, 1, svo->masks);
-    kd_svo_bind_parents(gpu, svo, 2);
+    kd_gpu_bind_storage(gpu, 2, svo->diff);
     kd_gpu_bind_storage(gpu, 3, svo->level_masks[svo->current]);
     kd_gpu_bind_storage(gpu, 4, svo->touched);
     kd_gpu_bind_storage(gpu, 7, svo->book);
-    if (stale) {
-        kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
-        kd_gpu_bind_storage(gpu, 5, scene->stale);
-        kd_gpu_bind_storage(gpu, 6, svo->fresh);
-    }
-    kd_gpu_dispatch_linear(gpu, state->programs[stale ? SVO_MERGE_STALE : SVO_MERGE],
-                           groups(stale ? patches : words));
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
 }
 
+/* What was built anew; leaves the list of words with touched parents. */
+static void merge_stale(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+{
+    bind_merge(gpu, state, svo, scene->stale_patch_count);
+    kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
+    kd_gpu_bind_storage(gpu, 1, svo->masks);
+    kd_gpu_bind_storage(gpu, 5, scene->stale);
+    kd_gpu_bind_storage(gpu, 6, svo->fresh);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_MERGE_STALE], groups(scene->stale_patch_count));
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
+}
+
+/* What moves, or did. Nodes that stayed away are asked for once more. */
+static void merge_moving(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
+{
+    uint32_t words = kd_svo_parent_words(svo);
+    bind_merge(gpu, state, svo, words);
+    kd_texel_view_bind(gpu, &state->still_view, 1, svo->masks, KD_RGBA32UI);
+    kd_texel_view_bind(gpu, &state->moved_view, 2, svo->touched, KD_RGBA32UI);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_MERGE], groups(words / 4));
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE | KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_AWAY * 4, 4, 0);
+}
+
+static void reduce_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t l)
+{
+    uint32_t blocks = svo->mask_words[l] / 32;
+    uint32_t pass[8] = {blocks, svo->mask_first[l + 1], svo->mask_first[l], 0, changed_words(svo, l + 1),
+                        changed_words(svo, l)};
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 0, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 1, svo->diff);
+    kd_gpu_dispatch(gpu, state->programs[SVO_REDUCE], groups(blocks), 1, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+/* Masks of both layers joined, from those of the frame before: words are made anew where something changed. */
 static void merge_masks(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t top = svo_levels(svo) - 1;
-    bool dynamic = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0 || state->dynamic_before;
     kd_gpu_buffer masks = svo->level_masks[svo->current];
-    kd_gpu_fill_buffer(gpu, svo->touched, 0, (size_t)svo->mask_words[top] * 4, 0);
+    kd_gpu_fill_buffer(gpu, svo->diff, (size_t)changed_words(svo, top) * 4, svo->mask_words[top] / 8, 0);
     kd_gpu_copy_buffer(gpu, svo->level_masks[svo->current ^ 1], 0, masks, 0, kd_gpu_buffer_size(gpu, masks));
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
     if (scene->static_changed)
-        merge_cells(gpu, state, svo, scene, true);
-    if (dynamic) {
-        kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_TOUCHED_PARTS * 4, 4, 0);
-        merge_cells(gpu, state, svo, scene, false);
-    }
-    for (uint32_t l = top; l-- > 0;) {
-        uint32_t up[4] = {svo->mask_words[l], svo->mask_first[l + 1], svo->mask_first[l], 0};
-        kd_gpu_bind_uniform(gpu, 0, up, sizeof up);
-        kd_gpu_bind_storage(gpu, 0, masks);
-        kd_gpu_dispatch(gpu, state->programs[SVO_REDUCE], groups(svo->mask_words[l]), 1, 1);
-        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    }
+        merge_stale(gpu, state, svo, scene);
+    if (scene->pages[KD_LAYER_DYNAMIC].segment_count > 0 || state->dynamic_before)
+        merge_moving(gpu, state, svo);
+    for (uint32_t l = top; l-- > 0;)
+        reduce_level(gpu, state, svo, l);
     state->bytes_build += (uint64_t)svo->layer_words * 5;
 }
 
-static void rank(kd_gpu *gpu, svo_state *state, const kd_svo *svo, kd_gpu_buffer mask, uint32_t first,
-                 uint32_t words, uint32_t counter)
-{
-    if (kd_gpu_rank_run(gpu, &state->rank, mask, first, words, svo->diff_ranks, 0, svo->counters, counter) !=
-        KD_OK)
-        kd_log(KD_LOG_WARNING, "octree: nodes cannot be numbered; the tree stays as it is");
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-}
-
-/* Nodes of level 6 + l that go, or that come. */
-static void change_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l, bool come)
+/* Bits, ranks and the list of words of the nodes of level 6 + l that go, or that come. */
+static void find_changes(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l, bool come,
+                         kd_gpu_buffer sums)
 {
     uint32_t words = svo->mask_words[l], parents = l > 0 ? svo->mask_first[l - 1] : KD_EMPTY;
-    uint32_t pass[4] = {words, svo->mask_first[l], come, parents}, at[4] = {0, l, 0, 0};
-    uint32_t settle[4] = {l, come, 0, 0};
+    uint32_t pass[8] = {words / 32, svo->mask_first[l], come, parents, changed_words(svo, l)};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current ^ 1]);
     kd_gpu_bind_storage(gpu, 2, svo->diff);
     kd_gpu_bind_storage(gpu, 3, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 4, svo->diff_ranks);
+    kd_gpu_bind_storage(gpu, 5, sums);
     kd_gpu_bind_storage(gpu, 7, svo->book);
-    kd_gpu_dispatch(gpu, state->programs[SVO_DIFF], groups(words), 1, 1);
+    kd_gpu_dispatch(gpu, state->programs[SVO_DIFF], groups(words / 32), 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    rank(gpu, state, svo, svo->diff, 0, words, KD_COUNT_DIFF);
+    kd_gpu_rank_scan(gpu, &state->rank, words, svo->counters, KD_COUNT_DIFF);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+static void change_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l, bool come)
+{
+    uint32_t at[4] = {0, l, 0, 0}, settle[4] = {l, come, 0, 0};
+    kd_gpu_buffer sums = kd_gpu_rank_sums(gpu, &state->rank, svo->mask_words[l]);
+    find_changes(gpu, state, svo, l, come, sums);
     svo_args(gpu, state, svo, KD_COUNT_PARTS, UINT32_MAX, 1, KD_ARGS_LIST);
     bind_book(gpu, svo);
     kd_gpu_bind_uniform(gpu, 0, at, sizeof at);
     kd_gpu_bind_storage(gpu, 1, svo->diff);
     kd_gpu_bind_storage(gpu, 2, svo->diff_ranks);
     kd_gpu_bind_storage(gpu, 5, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 6, sums);
     kd_gpu_dispatch_indirect(gpu, state->programs[come ? SVO_COME : SVO_VANISH], svo->counters,
                              KD_ARGS_LIST * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -169,8 +196,9 @@ static void count_nodes(kd_gpu *gpu, svo_state *state, const kd_svo *svo,
                         uint32_t counted[KD_MAX_NODE_LEVELS])
 {
     for (uint32_t l = 0; l < svo_levels(svo); l++)
-        rank(gpu, state, svo, svo->level_masks[svo->current], svo->mask_first[l], svo->mask_words[l],
-             KD_COUNT_NEED + l);
+        if (kd_gpu_rank_run(gpu, &state->rank, svo->level_masks[svo->current], svo->mask_first[l],
+                            svo->mask_words[l], svo->diff_ranks, 0, svo->counters, KD_COUNT_NEED + l) != KD_OK)
+            kd_log(KD_LOG_WARNING, "octree: nodes cannot be counted; some may stay away");
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_read_buffer(gpu, svo->counters, KD_COUNT_NEED * 4, counted, KD_MAX_NODE_LEVELS * 4);
 }
@@ -229,6 +257,7 @@ void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
         change_level(gpu, state, svo, l, false);
     for (uint32_t l = 0; l < levels; l++)
         change_level(gpu, state, svo, l, true);
-    list_touched(gpu, state, svo);
+    if (scene->static_changed)
+        list_touched(gpu, state, svo);
     svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 8, KD_ARGS_ALL);
 }

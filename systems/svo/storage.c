@@ -69,7 +69,7 @@ static kd_status make_buffers(kd_gpu *gpu, kd_svo *svo, uint32_t level_words)
         {&svo->level_masks[0], (size_t)level_words * 4, "svo.level_masks"},
         {&svo->level_masks[1], (size_t)level_words * 4, "svo.level_masks"},
         {&svo->touched, 2 * top, "svo.touched"},
-        {&svo->diff, top, "svo.diff"},
+        {&svo->diff, top + (size_t)level_words / 8, "svo.diff"},
         {&svo->diff_ranks, top, "svo.diff_ranks"},
         {&svo->counters, KD_COUNT_WORDS * 4, "svo.counters"},
         {&svo->index, n * KD_DENSE * KD_DENSE * KD_DENSE * 4, "tree.index"},
@@ -307,9 +307,9 @@ kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t parents)
     uint32_t held = svo->dynamic_capacity;
     if (parents <= held)
         return KD_OK;
-    kd_status status = kd_gpu_ensure_buffer(gpu, &svo->heads, (size_t)parents * 8, 0, "svo.chains");
+    kd_status status = kd_gpu_ensure_buffer(gpu, &svo->heads, (size_t)parents * 4, 0, "svo.chains");
     if (!status)
-        kd_gpu_fill_buffer(gpu, svo->heads, 0, (size_t)parents * 8, KD_EMPTY);
+        kd_gpu_fill_buffer(gpu, svo->heads, 0, (size_t)parents * 4, KD_EMPTY);
     if (!status)
         status = reserve(gpu, &svo->dynamic_cells, &svo->dynamic_capacity, parents, SVO_PARENT_CELL_BYTES,
                          "svo.dynamic_cells");

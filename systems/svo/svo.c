@@ -17,7 +17,7 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_ACCUMULATE_STATIC] = "shaders/svo/accumulate_static.comp",
     [SVO_PACK_STATIC] = "shaders/svo/pack_static.comp",
     [SVO_MERGE] = "shaders/svo/merge.comp",
-    [SVO_MERGE_STALE] = "shaders/svo/merge.comp",
+    [SVO_MERGE_STALE] = "shaders/svo/merge_stale.comp",
     [SVO_REDUCE] = "shaders/svo/reduce.comp",
     [SVO_DIFF] = "shaders/svo/diff.comp",
     [SVO_VANISH] = "shaders/svo/vanish.comp",
@@ -45,12 +45,10 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
 
 static bool compile(kd_gpu *gpu, svo_state *state, int first, int end, bool atomic)
 {
-    const char *stale[] = {"KD_STALE 1", NULL}, *take[] = {"KD_TAKE 1", NULL};
+    const char *take[] = {"KD_TAKE 1", NULL};
     bool all = true;
     for (int i = first; i < end; i++) {
-        const char *const *defines = i == SVO_MERGE_STALE           ? stale
-                                     : i == SVO_TAKEN_ADD && atomic ? take
-                                                                    : NULL;
+        const char *const *defines = i == SVO_TAKEN_ADD && atomic ? take : NULL;
         state->programs[i] =
             kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = program_paths[i], .defines = defines});
         all = all && state->programs[i].id;
@@ -254,6 +252,9 @@ static void fini(kd_system_context *context)
     kd_texel_view_fini(gpu, &s->page_view);
     kd_texel_view_fini(gpu, &s->next_view);
     kd_texel_view_fini(gpu, &s->object_view);
+    kd_texel_view_fini(gpu, &s->moving_view);
+    kd_texel_view_fini(gpu, &s->still_view);
+    kd_texel_view_fini(gpu, &s->moved_view);
     kd_gpu_destroy_readback(gpu, s->readback);
     kd_gpu_rank_fini(gpu, &s->rank);
     svo_destroy(gpu, kd_singleton(context->world, kd_svo));
@@ -294,7 +295,8 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                              {"voxels.cache", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
                              {"voxels.stale", KD_USE_STORAGE_READ | KD_USE_INDIRECT | KD_USE_COPY_READ},
                              {"tree.uniform", KD_USE_UNIFORM | KD_USE_COPY_WRITE},
-                             {"svo.masks", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
+                             {"svo.masks", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_SAMPLED |
+                                               KD_USE_COPY_WRITE},
                              {"svo.fresh", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
                              {"svo.chains", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},
                              {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |

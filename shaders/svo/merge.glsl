@@ -1,0 +1,25 @@
+// What both merges do with a word of leaf parents.
+
+layout(binding = 0) uniform usamplerBuffer moving; // rgba32ui: words of the dynamic layer, four a texel
+
+// Bits of the dynamic layer's leaf parents; they lie behind its cells.
+uvec4 four_parents_dynamic(uint four_words) { return texelFetch(moving, int(places.size.z / 4u + four_words)); }
+
+uint parents_dynamic(uint word) { return four_parents_dynamic(word >> 2)[word & 3u]; }
+
+uint parents_of(uint cells)
+{
+    uint four = 0u;
+    for (uint k = 0u; k < 4u; k++)
+        four |= uint(((cells >> (8u * k)) & 255u) != 0u) << k;
+    return four;
+}
+
+// Writes a word of leaf parents, and notes when it is not what it was.
+void put_parents(uint word, uint joined)
+{
+    if (parents[pass.y + word] == joined)
+        return;
+    parents[pass.y + word] = joined;
+    atomicOr(diff[pass.w + (word >> 5)], 1u << (word & 31u));
+}
