@@ -64,8 +64,7 @@ kd_status kd_gpu_rank_run(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, ui
 
 kd_gpu_buffer kd_gpu_rank_sums(kd_gpu *gpu, kd_gpu_rank *rank, uint32_t words)
 {
-    kd_status status =
-        kd_gpu_ensure_buffer(gpu, &rank->sums, (size_t)blocks_of(words) * 4, 0, "rank.sums");
+    kd_status status = kd_gpu_ensure_buffer(gpu, &rank->sums, (size_t)blocks_of(words) * 4, 0, "rank.sums");
     return status ? (kd_gpu_buffer){0} : rank->sums;
 }
 

@@ -78,7 +78,8 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-/* First of the bits, one a word, of what has changed in a level's mask: behind the bits of nodes in `diff`. */
+/* First of the bits, one a word, of what has changed in a level's mask: behind the bits of nodes in `diff`.
+ */
 static uint32_t changed_words(const kd_svo *svo, uint32_t l)
 {
     return kd_svo_parent_words(svo) + svo->mask_first[l] / 32;
@@ -125,8 +126,8 @@ static void merge_moving(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
 static void reduce_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t l)
 {
     uint32_t blocks = svo->mask_words[l] / 32;
-    uint32_t pass[8] = {blocks, svo->mask_first[l + 1], svo->mask_first[l], 0, changed_words(svo, l + 1),
-                        changed_words(svo, l)};
+    uint32_t pass[8] = {blocks, svo->mask_first[l + 1],    svo->mask_first[l],
+                        0,      changed_words(svo, l + 1), changed_words(svo, l)};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->level_masks[svo->current]);
     kd_gpu_bind_storage(gpu, 1, svo->diff);
@@ -134,7 +135,8 @@ static void reduce_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo,
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-/* Masks of both layers joined, from those of the frame before: words are made anew where something changed. */
+/* Masks of both layers joined, from those of the frame before: words are made anew where something changed.
+ */
 static void merge_masks(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t top = svo_levels(svo) - 1;
@@ -197,7 +199,8 @@ static void count_nodes(kd_gpu *gpu, svo_state *state, const kd_svo *svo,
 {
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         if (kd_gpu_rank_run(gpu, &state->rank, svo->level_masks[svo->current], svo->mask_first[l],
-                            svo->mask_words[l], svo->diff_ranks, 0, svo->counters, KD_COUNT_NEED + l) != KD_OK)
+                            svo->mask_words[l], svo->diff_ranks, 0, svo->counters,
+                            KD_COUNT_NEED + l) != KD_OK)
             kd_log(KD_LOG_WARNING, "octree: nodes cannot be counted; some may stay away");
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_read_buffer(gpu, svo->counters, KD_COUNT_NEED * 4, counted, KD_MAX_NODE_LEVELS * 4);
