@@ -22,7 +22,7 @@
 #include "components/mesh_instance.h"
 #include "components/scene_store.h"
 #include "components/transform.h"
-#include "runtime/core/arena.h"
+#include "runtime/asset/model_memory.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
 #include "runtime/ecs/system.h"
@@ -67,15 +67,16 @@ static inline kd_quat fixture_quat(uint64_t *state)
 static inline kd_model *fixture_model(void)
 {
     kd_arena start = {0};
-    kd_arena *arena = KD_ARENA_NEW(&start, kd_arena, 1);
+    model_memory *memory = KD_ARENA_NEW(&start, model_memory, 1);
     kd_model *model = KD_ARENA_NEW(&start, kd_model, 1);
-    *arena = start;
+    *memory = (model_memory){start, 1};
     model->path = "made";
-    model->internal = arena;
+    model->internal = memory;
     return model;
 }
 
-#define FIXTURE_NEW(model, type, count) KD_ARENA_NEW((kd_arena *)(model)->internal, type, count)
+#define FIXTURE_NEW(model, type, count)                                                                      \
+    KD_ARENA_NEW(&((model_memory *)(model)->internal)->arena, type, count)
 
 static inline kd_node_desc *fixture_nodes(kd_model *model, uint32_t count)
 {

@@ -160,6 +160,111 @@ static bool is_repeated(claim *claims, size_t clip, const kd_channel_desc *chann
     return repeated;
 }
 
+static kd_status load_curve(gltf_loader *l, const gltf_clip *from, size_t clip_index, int sampler,
+                            kd_channel_desc *out, kd_clip_desc *clip)
+{
+    char where[80];
+    const gltf_curve *curve = &from->curves[sampler];
+    snprintf(where, sizeof where, "animations[%zu].samplers[%d]", clip_index, sampler);
+    kd_status status = set_interpolation(l, curve->interpolation, where, &out->interpolation);
+    if (!status)
+        status = load_times(l, curve->input, where, out);
+    if (!status)
+        status = load_values(l, curve->output, where, out);
+    if (!status)
+        clip->duration = fmaxf(clip->duration, out->times[out->key_count - 1]);
+    return status;
+}
+
+/* ---- pointers to what is no node ---- */
+
+typedef enum pointed { POINTED_MATERIAL, POINTED_LIGHT, POINTED_CAMERA } pointed;
+
+typedef struct pointer_row {
+    pointed what;
+    const char *after; /* the number */
+    kd_property property;
+    uint32_t width;
+} pointer_row;
+
+static const pointer_row pointer_rows[] = {
+    {POINTED_MATERIAL, "/pbrMetallicRoughness/baseColorFactor", KD_PROPERTY_BASE_COLOR, 4},
+    {POINTED_MATERIAL, "/pbrMetallicRoughness/metallicFactor", KD_PROPERTY_METALLIC, 1},
+    {POINTED_MATERIAL, "/pbrMetallicRoughness/roughnessFactor", KD_PROPERTY_ROUGHNESS, 1},
+    {POINTED_MATERIAL, "/emissiveFactor", KD_PROPERTY_EMISSIVE, 3},
+    {POINTED_MATERIAL, "/extensions/KHR_materials_emissive_strength/emissiveStrength",
+     KD_PROPERTY_EMISSIVE_STRENGTH, 1},
+    {POINTED_LIGHT, "/color", KD_PROPERTY_LIGHT_COLOR, 3},
+    {POINTED_LIGHT, "/intensity", KD_PROPERTY_LIGHT_INTENSITY, 1},
+    {POINTED_LIGHT, "/range", KD_PROPERTY_LIGHT_RANGE, 1},
+    {POINTED_LIGHT, "/spot/innerConeAngle", KD_PROPERTY_LIGHT_INNER_CONE, 1},
+    {POINTED_LIGHT, "/spot/outerConeAngle", KD_PROPERTY_LIGHT_OUTER_CONE, 1},
+    {POINTED_CAMERA, "/perspective/yfov", KD_PROPERTY_CAMERA_FOV_Y, 1},
+    {POINTED_CAMERA, "/orthographic/ymag", KD_PROPERTY_CAMERA_Y_MAG, 1},
+};
+
+/* Returns NULL when nothing of this kind is animated. */
+static const pointer_row *find_pointer(const char *pointer, uint32_t *number)
+{
+    static const char *const before[] = {"/materials/%9u%n", "/extensions/KHR_lights_punctual/lights/%9u%n",
+                                         "/cameras/%9u%n"};
+    for (size_t i = 0; i < sizeof pointer_rows / sizeof *pointer_rows; i++) {
+        int end = 0;
+        if (sscanf(pointer, before[pointer_rows[i].what], number, &end) == 1 &&
+            strcmp(pointer + end, pointer_rows[i].after) == 0)
+            return &pointer_rows[i];
+    }
+    return NULL;
+}
+
+static uint32_t pointed_count(const gltf_loader *l, pointed what)
+{
+    return what == POINTED_MATERIAL ? l->model->material_count
+           : what == POINTED_LIGHT  ? l->model->light_count
+                                    : l->model->camera_count;
+}
+
+/* Factors are kept as radiance, strengths as shares: either then moves what the other leaves. */
+static void scale_emission(gltf_loader *l, const kd_property_channel *c, const char *where)
+{
+    float strength = (float)l->doc.materials[c->target].emissive_strength;
+    float scale = c->property == KD_PROPERTY_EMISSIVE ? strength : strength > 0 ? 1 / strength : 0;
+    float *values = (float *)(uintptr_t)c->curve.values; /* made by load_values, const for readers */
+    if (c->property == KD_PROPERTY_EMISSIVE_STRENGTH && !(strength > 0))
+        gltf_warn(l, "%s: the material's emissive strength is 0 at rest and stays so", where);
+    for (size_t i = 0; i < (size_t)c->curve.key_count * values_a_key(&c->curve) * c->curve.width; i++)
+        values[i] *= scale;
+}
+
+static kd_status load_property(gltf_loader *l, size_t clip_index, const gltf_channel *c, const char *where,
+                               kd_clip_desc *clip)
+{
+    uint32_t number = 0;
+    const pointer_row *row = find_pointer(c->path, &number);
+    if (!row) {
+        gltf_warn(l, "%s: '%.160s' is not animated", where, c->path);
+        return KD_OK;
+    }
+    if (number >= pointed_count(l, row->what))
+        return gltf_fail(l, KD_BAD_FORMAT,
+                         "'%.160s' points to what is not there (%s); export the model again", c->path, where);
+    for (uint32_t i = 0; i < clip->property_count; i++)
+        if (clip->properties[i].property == row->property && clip->properties[i].target == number) {
+            gltf_warn(l, "%s: '%.160s' is animated before; left out", where, c->path);
+            return KD_OK;
+        }
+    kd_property_channel out = {.property = row->property,
+                               .target = number,
+                               .curve = {.node = KD_NONE, .path = KD_PATH_PROPERTY, .width = row->width}};
+    kd_status status = load_curve(l, &l->doc.clips[clip_index], clip_index, c->sampler, &out.curve, clip);
+    if (status)
+        return status;
+    if (out.property == KD_PROPERTY_EMISSIVE || out.property == KD_PROPERTY_EMISSIVE_STRENGTH)
+        scale_emission(l, &out, where);
+    ((kd_property_channel *)clip->properties)[clip->property_count++] = out; /* made by load_clip */
+    return KD_OK;
+}
+
 static kd_status load_channel(gltf_loader *l, claim *claims, size_t clip_index, size_t index,
                               kd_clip_desc *clip)
 {
@@ -170,6 +275,8 @@ static kd_status load_channel(gltf_loader *l, claim *claims, size_t clip_index, 
     if (c->sampler < 0 || (size_t)c->sampler >= from->curve_count)
         return gltf_fail(l, KD_BAD_FORMAT, "there is no sampler %d (%s); export the model again", c->sampler,
                          where);
+    if (c->path[0] == '/')
+        return load_property(l, clip_index, c, where, clip);
     if (c->node == -1) /* the format says: ignore it */
         return KD_OK;
     if (c->node < 0 || (size_t)c->node >= l->doc.node_count)
@@ -182,18 +289,11 @@ static kd_status load_channel(gltf_loader *l, claim *claims, size_t clip_index, 
         gltf_warn(l, "%s: the same path of the same node is animated before; left out", where);
         return KD_OK;
     }
-    const gltf_curve *curve = &from->curves[c->sampler];
-    snprintf(where, sizeof where, "animations[%zu].samplers[%d]", clip_index, c->sampler);
-    kd_status status = set_interpolation(l, curve->interpolation, where, &out.interpolation);
-    if (!status)
-        status = load_times(l, curve->input, where, &out);
-    if (!status)
-        status = load_values(l, curve->output, where, &out);
+    kd_status status = load_curve(l, from, clip_index, c->sampler, &out, clip);
     if (status)
         return status;
     kd_channel_desc *channels = (kd_channel_desc *)clip->channels; /* made by load_clip, const for readers */
     channels[clip->channel_count++] = out;
-    clip->duration = fmaxf(clip->duration, out.times[out.key_count - 1]);
     return KD_OK;
 }
 
@@ -201,9 +301,16 @@ static kd_status load_clip(gltf_loader *l, claim *claims, size_t index, kd_clip_
 {
     const gltf_clip *from = &l->doc.clips[index];
     kd_channel_desc *channels;
+    kd_property_channel *properties = NULL;
+    size_t pointers = 0;
+    for (size_t i = 0; i < from->channel_count; i++)
+        pointers += from->channels[i].path[0] == '/';
     out->name = gltf_name(l, from->name, "clip", index);
     kd_status status = gltf_alloc(l, &l->kept, from->channel_count, sizeof *channels, &channels);
+    if (!status && pointers)
+        status = gltf_alloc(l, &l->kept, pointers, sizeof *properties, &properties);
     out->channels = channels;
+    out->properties = properties;
     for (size_t i = 0; !status && i < from->channel_count; i++)
         status = load_channel(l, claims, index, i, out);
     return status;
@@ -218,9 +325,6 @@ kd_status gltf_load_clips(gltf_loader *l)
         status = gltf_alloc(l, &l->scratch, l->model->node_count, sizeof *claims, &claims);
     for (size_t i = 0; !status && i < l->doc.clip_count; i++)
         status = load_clip(l, claims, i, &clips[i]);
-    for (size_t i = 0; !status && i < l->doc.unread_pointers.count; i++)
-        gltf_warn(l, "animations: '%.160s' is not animated, only what nodes have",
-                  l->doc.unread_pointers.at[i]);
     l->model->clips = clips;
     l->model->clip_count = (uint32_t)l->doc.clip_count;
     return status;

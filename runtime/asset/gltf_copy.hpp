@@ -115,7 +115,6 @@ inline int index(const tinygltf::Value &object, const char *name, int missing)
 struct edits {
     std::string text;                  /* nothing: it stays as it is */
     std::vector<size_t> lent;          /* accessors that were given a view */
-    std::vector<std::string> pointers; /* of channels that move what is not animated here */
 };
 
 /* Change what draco's and animation pointers' extensions need changed; nothing in most documents. */

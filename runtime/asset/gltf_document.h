@@ -181,7 +181,6 @@ typedef struct gltf_document {
     gltf_clip *clips;
     gltf_ints *scenes; /* root nodes */
     gltf_strings scene_names, variants;
-    gltf_strings unread_pointers; /* KHR_animation_pointer: to what is not animated */
     size_t buffer_count, image_count, view_count, accessor_count, mesh_count, material_count, texture_count,
         sampler_count, node_count, skin_count, camera_count, light_count, clip_count, scene_count;
     int default_scene;

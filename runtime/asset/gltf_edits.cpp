@@ -49,8 +49,9 @@ static bool lend_views(nlohmann::json &json, edits &out)
     return !out.lent.empty();
 }
 
-/* KHR_animation_pointer: "/nodes/3/rotation" is what a channel says without it. */
-static bool name_nodes(nlohmann::json &json, edits &out)
+/* KHR_animation_pointer: "/nodes/3/rotation" is what a channel says without it. Other pointers take the place of
+ * its path; the node that the format asks for is then without meaning. */
+static bool name_targets(nlohmann::json &json)
 {
     bool changed = false;
     for (auto &clip : list_of(json, "animations"))
@@ -69,10 +70,11 @@ static bool name_nodes(nlohmann::json &json, edits &out)
                 static_cast<size_t>(end) == pointer.size() && node >= 0) {
                 target["node"] = node;
                 target["path"] = path;
-                changed = true;
             } else {
-                out.pointers.push_back(pointer);
+                target["node"] = 0;
+                target["path"] = pointer;
             }
+            changed = true;
         }
     return changed;
 }
@@ -88,7 +90,7 @@ edits edit(const char *text, size_t size)
     if (!json.is_object())
         return out;
     bool lent = draco && json.contains("accessors") && lend_views(json, out);
-    bool named = pointer && name_nodes(json, out);
+    bool named = pointer && name_targets(json);
     if (lent || named)
         out.text = json.dump();
     return out;

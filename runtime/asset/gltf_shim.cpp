@@ -177,7 +177,6 @@ void parse(copier &to, gltf_document &out, const char *text, size_t size, const 
     copy_model(to, out, model);
     for (size_t accessor : edited.lent)
         out.accessors[accessor].view = -1;
-    out.unread_pointers = to.strings(edited.pointers);
     if (out.version[0] != '2')
         return; /* older files have other kinds of lists; the version is refused by whoever asks */
     copy_buffers(to, out, scan);

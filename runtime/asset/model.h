@@ -148,7 +148,8 @@ typedef enum kd_channel_path {
     KD_PATH_TRANSLATION,
     KD_PATH_ROTATION,
     KD_PATH_SCALE,
-    KD_PATH_WEIGHTS
+    KD_PATH_WEIGHTS,
+    KD_PATH_PROPERTY /* see kd_property_channel */
 } kd_channel_path;
 typedef enum kd_interpolation {
     KD_INTERPOLATE_LINEAR,
@@ -165,11 +166,33 @@ typedef struct kd_channel_desc {
     const float
         *values; /* [key_count * width], cubic: [key_count * 3 * width] (in-tangent, value, out-tangent) */
 } kd_channel_desc;
+/* What a clip moves besides nodes (KHR_animation_pointer). */
+typedef enum kd_property {
+    KD_PROPERTY_BASE_COLOR, /* of a material: 4 floats */
+    KD_PROPERTY_METALLIC,
+    KD_PROPERTY_ROUGHNESS,
+    KD_PROPERTY_EMISSIVE,          /* 3 floats: radiance, the factor times the strength at rest */
+    KD_PROPERTY_EMISSIVE_STRENGTH, /* as a share of that at rest */
+    KD_PROPERTY_LIGHT_COLOR,       /* 3 floats */
+    KD_PROPERTY_LIGHT_INTENSITY,
+    KD_PROPERTY_LIGHT_RANGE,
+    KD_PROPERTY_LIGHT_INNER_CONE,
+    KD_PROPERTY_LIGHT_OUTER_CONE,
+    KD_PROPERTY_CAMERA_FOV_Y,
+    KD_PROPERTY_CAMERA_Y_MAG
+} kd_property;
+typedef struct kd_property_channel {
+    kd_property property;
+    uint32_t target;       /* material, light or camera of the model */
+    kd_channel_desc curve; /* its node is KD_NONE */
+} kd_property_channel;
 typedef struct kd_clip_desc {
     const char *name;
     float duration; /* s */
     uint32_t channel_count;
     const kd_channel_desc *channels;
+    uint32_t property_count;
+    const kd_property_channel *properties;
 } kd_clip_desc;
 
 typedef struct kd_model {

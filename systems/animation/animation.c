@@ -9,13 +9,16 @@
 #include <string.h>
 
 #include "components/animation.h"
+#include "components/camera.h"
 #include "components/frame.h"
+#include "components/light.h"
 #include "components/mesh_instance.h"
 #include "components/scene_store.h"
 #include "components/transform.h"
 #include "runtime/core/arena.h"
 #include "runtime/core/log.h"
 #include "runtime/jobs/jobs.h"
+#include "systems/animation/properties.h"
 #include "systems/animation/sample.h"
 
 enum { MOVES_POSITION = 1, MOVES_ROTATION = 2, MOVES_SCALE = 4 };
@@ -219,6 +222,15 @@ static void write_weights(kd_world *w, const kd_entity *entities, const player *
     }
 }
 
+static void write_properties(kd_world *w, const kd_entity *entities, const player *p)
+{
+    const animation_moment moment = {p->clip, p->previous, p->time_s, p->previous_time_s, p->previous_weight};
+    bool any = (p->clip && p->clip->property_count) || (p->previous && p->previous->property_count);
+    kd_scene_store *store = any ? kd_singleton(w, kd_scene_store) : NULL;
+    if (store)
+        animation_write_properties(w, store, &store->models[p->animation->model - 1], entities, &moment);
+}
+
 /* ---- time ---- */
 
 static void advance_layer(kd_animation_layers *l, uint32_t k, const kd_clip_desc *clip, double dt_s)
@@ -346,6 +358,7 @@ static void animation_run(kd_system_context *c)
         const kd_entity *entities = store->node_entities + players[i].animation->first_node;
         write_transforms(c->world, entities, &players[i]);
         write_weights(c->world, entities, &players[i]);
+        write_properties(c->world, entities, &players[i]);
         advance(&players[i], step_of(c, frame));
     }
 }
@@ -378,7 +391,8 @@ kd_status kd_animation_import(kd_schedule *s)
                                .where = KD_ON_CPU,
                                .components = {KD_CHANGES(kd_animation), KD_CHANGES(kd_animation_layers),
                                               KD_CHANGES(kd_transform), KD_CHANGES(kd_morph_weights),
-                                              KD_USES(kd_scene_store), KD_USES(kd_frame)},
+                                              KD_CHANGES(kd_light), KD_CHANGES(kd_camera),
+                                              KD_CHANGES(kd_scene_store), KD_USES(kd_frame)},
                                .no_commands = true,
                                .run = animation_run,
                                .init = animation_init,

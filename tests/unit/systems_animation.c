@@ -167,7 +167,9 @@ static kd_model *make_model(void)
         {2, KD_PATH_WEIGHTS, KD_INTERPOLATE_LINEAR, 2, 2, times, smile},
     };
     static const kd_clip_desc clips[] = {
-        {"walk", 1, 1, &channels[0]}, {"jump", 1, 1, &channels[1]}, {"smile", 1, 1, &channels[2]}};
+        {"walk", 1, 1, &channels[0], 0, NULL},
+                                         {"jump", 1, 1, &channels[1], 0, NULL},
+                                         {"smile", 1, 1, &channels[2], 0, NULL}};
     uint64_t random = 3;
     kd_model *model = fixture_model();
     kd_node_desc *nodes = fixture_nodes(model, 3);

@@ -53,7 +53,7 @@ static void add_swing(kd_model *model)
 {
     static const float times[] = {0, 1}, values[] = {0, 0, 0, 1, 0, 0.7071068f, 0, 0.7071068f};
     static const kd_channel_desc channel = {1, KD_PATH_ROTATION, KD_INTERPOLATE_LINEAR, 2, 4, times, values};
-    static const kd_clip_desc clip = {"swing", 1, 1, &channel};
+    static const kd_clip_desc clip = {"swing", 1, 1, &channel, 0, NULL};
     model->clips = &clip;
     model->clip_count = 1;
 }
