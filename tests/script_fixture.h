@@ -91,6 +91,7 @@ static uint32_t fixture_param_count;
 
 static char fixture_message[2048]; /* the last error */
 static char fixture_said[2048];    /* the last line printed by the scenario */
+static bool (*fixture_stopped)(void *user); /* NULL: nobody stops it */
 static int fixture_errors;
 static char fixture_folder[64];
 static kd_script_spawn fixture_spawned;
@@ -211,7 +212,8 @@ static inline kd_status fixture_load(kd_world *w, const char *text, kd_script **
                                                      .spawn = fixture_spawn,
                                                      .play = fixture_play,
                                                      .find_clip = fixture_find_clip,
-                                                     .may_write = fixture_may_write}},
+                                                     .may_write = fixture_may_write,
+                                                     .stopped = fixture_stopped}},
                           out);
 }
 

@@ -8,9 +8,50 @@
 #include "components/sky.h"
 #include "components/transform.h"
 #include "runtime/app/console.h"
+#include "runtime/app/interrupt.h"
 #include "runtime/app/scene.h"
 #include "runtime/asset/sky_image.h"
 #include "runtime/core/log.h"
+
+/* ---- limits: a few lines can ask for millions, which no frame would ever show ---- */
+
+static bool stopped(void *user)
+{
+    (void)user;
+    return app_interrupted();
+}
+
+/* Tell whether `more` entities may come. Who interrupts is answered between two of them too. */
+static kd_status check_room(const app_scene *scene, uint64_t more)
+{
+    uint64_t limit = (uint64_t)scene->settings.script_entities;
+    if (app_interrupted())
+        return kd_fail(KD_INTERRUPTED, "interrupted");
+    if (kd_entity_count(scene->world) + more <= limit)
+        return KD_OK;
+    return kd_fail(KD_TOO_LARGE,
+                   "more than %llu entities would be in the scene; make fewer, or raise script.entities",
+                   (unsigned long long)limit);
+}
+
+/* Count an entity and what hangs below it, to `most` at most. */
+static uint64_t count_below(const kd_world *w, kd_entity top, uint64_t most)
+{
+    uint64_t count = 1;
+    kd_entity at = top;
+    while (count < most) {
+        kd_entity next = kd_first_child(w, at);
+        while (!next.generation && at.index != top.index) {
+            next = kd_next_sibling(w, at);
+            at = next.generation ? at : kd_get_parent(w, at);
+        }
+        if (!next.generation)
+            break;
+        at = next;
+        count++;
+    }
+    return count;
+}
 
 /* ---- host calls: what fails below logs its reason, which is caught and given to the scenario ---- */
 
@@ -158,6 +199,9 @@ static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_
     kd_status status = spawn->model ? app_scene_model(scene, spawn->model, &options, &model)
                                     : ensure_shape(scene, spawn, &model);
     if (status == KD_OK)
+        status = check_room(
+            scene, 1ull + kd_singleton(scene->world, kd_scene_store)->models[model].model->node_count);
+    if (status == KD_OK)
         status = kd_scene_instantiate(scene->world, model, spawn->parent, name, out);
     if (status == KD_OK && !spawn->model)
         status = join_shape(scene->world, *out);
@@ -189,7 +233,9 @@ static kd_status spawn_any(void *user, const kd_script_spawn *spawn, kd_entity *
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
     bool plain = !spawn->model && !spawn->mesh.shape;
-    kd_status status = plain ? spawn_plain(scene, spawn, out) : spawn_model(scene, spawn, out);
+    kd_status status = check_room(scene, 1);
+    if (status == KD_OK)
+        status = plain ? spawn_plain(scene, spawn, out) : spawn_model(scene, spawn, out);
     if (status == KD_OK && spawn->sky_image)
         status = add_sky(scene, spawn->sky_image, *out);
     app_console_capture(NULL, 0);
@@ -229,7 +275,10 @@ static kd_status clone(void *user, kd_entity entity, kd_entity parent, kd_entity
 {
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
-    kd_status status = kd_scene_clone(scene->world, entity, parent, out);
+    kd_status status =
+        check_room(scene, count_below(scene->world, entity, (uint64_t)scene->settings.script_entities + 1));
+    if (status == KD_OK)
+        status = kd_scene_clone(scene->world, entity, parent, out);
     app_console_capture(NULL, 0);
     return status;
 }
@@ -265,7 +314,8 @@ kd_status app_scene_load_script(app_scene *scene, const app_options *options)
                      .play = play,
                      .find_clip = find_clip,
                      .clone = clone,
-                     .may_write = may_write},
+                     .may_write = may_write,
+                     .stopped = stopped},
         },
         &scene->script);
     free(params);

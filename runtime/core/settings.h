@@ -155,6 +155,8 @@ typedef enum kd_setting_type {
     X(BOOL, film, layers, false, 0, 1, NULL, NULL,                                                           \
       "write the parts of the light, albedo, normal, depth and motion into .exr too")                        \
     X(I32, film, png_depth, 8, 8, 16, depth_words, "bits", "bits a channel of .png")                         \
+    X(I32, script, entities, 250000, 1, 16777216, NULL, NULL,                                                \
+      "entities that a world may have when its scenario makes more")                                         \
     X(BOOL, debug, access, false, 0, 1, NULL, NULL,                                                          \
       "stop when a system touches components that it does not declare")                                      \
     X(I32, debug, shuffle, 0, 0, 99999, NULL, NULL,                                                          \

@@ -112,6 +112,7 @@ lua_State *script_sandbox_make(kd_script *script); /* NULL when memory is out */
 void script_sandbox_open(lua_State *L, uint64_t seed);
 void script_sandbox_string(lua_State *L); /* replaces what could run for ever in the string library */
 void script_budget_start(kd_script *script);
+bool script_is_stopped(const kd_script *script); /* by its host */
 void script_charge(lua_State *L, int64_t instructions); /* raises when the budget is used up */
 
 uint64_t script_creation_number(const void *block); /* of what the sandbox's allocator gave */

@@ -82,6 +82,7 @@ static void count_hook(lua_State *L, lua_Debug *activation)
     (void)activation;
     script_budget *budget = &script_of(L)->budget;
     budget->instructions_left -= HOOK_PERIOD;
+    budget->exhausted = budget->exhausted || script_is_stopped(script_of(L));
     if (!budget->exhausted && budget->instructions_left > 0 && kd_clock_ns() < budget->deadline_ns)
         return;
     budget->exhausted = true;
@@ -97,6 +98,11 @@ void script_charge(lua_State *L, int64_t instructions)
         budget->exhausted = true;
         raise_exhausted(L, 1);
     }
+}
+
+bool script_is_stopped(const kd_script *script)
+{
+    return script->host.stopped && script->host.stopped(script->host.user);
 }
 
 void script_budget_start(kd_script *script)

@@ -37,6 +37,10 @@ static kd_status report(kd_script *script, int result)
     char line[768];
     lua_State *L = script->L;
     const script_budget *budget = &script->budget;
+    if (script_is_stopped(script)) {
+        lua_pop(L, 1);
+        return KD_INTERRUPTED;
+    }
     if (result == LUA_ERRMEM) {
         if (budget->over_memory)
             return kd_fail(KD_SCRIPT,

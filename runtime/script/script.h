@@ -92,6 +92,9 @@ typedef struct kd_script_host {
     /* Tell whether scenarios may set a field: most are, but not numbers that other systems trust. NULL: all
      * are. */
     bool (*may_write)(void *user, const char *component, const char *field);
+    /* Tell whether the run is to end: what runs of the scenario then returns INTERRUPTED, without a message.
+     * Asked often. NULL: never. */
+    bool (*stopped)(void *user);
 } kd_script_host;
 
 /* ---- what it is told of a window ---- */

@@ -89,6 +89,38 @@ static void the_second_interrupt_ends_it_at_once(void **state)
     assert_int_equal(count_files(".tmp"), 0);
 }
 
+static bool said_so_far(const char *text)
+{
+    char said[256] = "";
+    FILE *file = fopen(in_folder("said"), "rb");
+    size_t size = file ? fread(said, 1, sizeof said - 1, file) : 0;
+    said[size] = '\0';
+    if (file)
+        fclose(file);
+    return strstr(said, text) != NULL;
+}
+
+/* Copies take long and few instructions: the limits of the sandbox are far away. Errors are caught. */
+static void a_scenario_busy_with_copies_is_interrupted(void **state)
+{
+    (void)state;
+    program p;
+    const char *const argv[] = {"kandil", "run", in_folder("busy.lua"), NULL};
+    FILE *file = fopen(in_folder("busy.lua"), "w");
+    assert_non_null(file);
+    fputs("local top = kandil.spawn {}\nfor i = 1, 10000 do kandil.spawn { parent = top } end\n"
+          "kandil.log('busy')\nwhile true do pcall(function() top:clone():destroy() end) end\n",
+          file);
+    assert_int_equal(fclose(file), 0);
+    start(&p, argv);
+    while (!program_poll(&p) && !said_so_far("busy"))
+        nanosleep(&(struct timespec){.tv_nsec = 2000000}, NULL);
+    assert_int_equal(kill(p.pid, SIGTERM), 0);
+    program_wait(&p);
+    assert_int_equal(p.code, 130);
+    assert_non_null(strstr(p.said, "interrupted after 0 frames"));
+}
+
 static void the_first_interrupt_keeps_what_is_done(void **state)
 {
     (void)state;
@@ -149,6 +181,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_second_interrupt_ends_it_at_once),
+        cmocka_unit_test(a_scenario_busy_with_copies_is_interrupted),
         cmocka_unit_test(the_first_interrupt_keeps_what_is_done),
         cmocka_unit_test(a_full_disk_is_said_and_leaves_no_half_file),
     };

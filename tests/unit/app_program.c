@@ -99,12 +99,18 @@ static void exit_codes_and_messages_are_as_promised(void **state)
         {"run scene.lua --frames 1 --set nobody.transform.position=1,2,3", 2, "nobody"},
         {"run scene.lua --frames 1 --set ball.mesh_instance.mesh=99", 2, "mesh_instance.mesh"},
         {"run shapes.lua", 1, "shapes.lua:1: all shapes together have more than"},
+        {"run copies.lua", 1, "copies.lua:2: more than 250000 entities would be in the scene"},
+        {"run copies.lua --set script.entities=9", 1, "more than 9 entities would be in the scene"},
+        {"run crowd.lua --set script.entities=99", 1, "crowd.lua:1: more than 99 entities"},
         {"info scene.lua", 2, ".glb"},
     };
     write_file("scene.lua", scene);
     write_file("scene.txt", "x");
     write_file("syntax.lua", "local a = 1\nlocal b = = 2\n");
     write_file("loop.lua", "while true do end\n");
+    write_file("copies.lua", "local e = kandil.spawn {}\nfor i = 1, 40 do local top = kandil.spawn {}; "
+                             "e.parent = top; e:clone { parent = top }; e = top end\n");
+    write_file("crowd.lua", "for i = 1, 100 do kandil.spawn {} end\n");
     write_file(
         "shapes.lua",
         "for i = 1, 1000 do kandil.spawn { mesh = { shape = 'sphere', size = i, segments = 1024 } } end\n");

@@ -293,9 +293,27 @@ static void patterns_match_as_the_manual_says(void **state)
         KD_OK);
 }
 
+static bool say_stop(void *user)
+{
+    (void)user;
+    return true;
+}
+
+/* Whoever catches every error cannot hold the program either. */
+static void a_host_that_stops_ends_it_without_a_message(void **state)
+{
+    (void)state;
+    fixture_stopped = say_stop;
+    assert_int_equal(run("while true do pcall(function() while true do end end) end"), KD_INTERRUPTED);
+    assert_int_equal(fixture_errors, 0);
+    fixture_stopped = NULL;
+    assert_int_equal(run("local sum = 0 for i = 1, 1000 do sum = sum + i end"), KD_OK);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_host_that_stops_ends_it_without_a_message),
         cmocka_unit_test(the_system_is_out_of_reach),
         cmocka_unit_test(endless_work_is_stopped),
         cmocka_unit_test(loops_inside_one_library_call_are_refused),
