@@ -25,7 +25,7 @@ mat3 frame_round(vec3 n)
 
 cone_settings settings()
 {
-    return cone_settings(gather.cone.y, gather.cone.z, gather.light.y, 1.0, gather.light.w);
+    return cone_settings(gather.cone.y, gather.cone.z, gather.light.y, 1.0, gather.light.w, CONE_CLOSED);
 }
 
 // One of a cone's rays, another for each variant: over and under the axis and on both sides of it, at the distance that has

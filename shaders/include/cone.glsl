@@ -22,9 +22,12 @@ const float CONE_NEAR_WIDTH = 4.0;
 
 // `light.leak=strict`: matter is three times as dense, and a cone goes on until it would add nothing that is seen.
 #ifdef KD_LEAK_STRICT
-const float CONE_LEAST = 0.0001, CONE_DENSITY = 3.0;
+const float CONE_LEAST = 0.0001, CONE_DENSITY = 3.0, CONE_CLOSED = CONE_LEAST;
 #else
 const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0;
+// Light that little gets through to is taken for that of the last sample: a cone then ends in the wall that it meets, and does
+// not look for the rest in what lies behind.
+const float CONE_CLOSED = 0.1;
 #endif
 #ifdef KD_CONES_PAPER
 const int CONE_MOST_SAMPLES = 4096; // those of all cones
@@ -38,6 +41,7 @@ struct cone_settings {
     float falloff;      // of occlusion with distance, 1/m
     float least;        // least diameter, in voxels
     float far;          // width of the far part of the cone, of its opening; 1: a plain cone
+    float closed;       // transmittance below which nothing gets through
 };
 
 struct cone_result {
@@ -145,6 +149,7 @@ float cone_through(vec4 v, float s) { return exp(-v.a * (s * CONE_DENSITY)); }
 void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_settings settings)
 {
     float through = cone_through(v, s);
+    through = r.transmittance * through < settings.closed ? 0.0 : through;
     float gained = r.transmittance * (1.0 - through);
     if (v.a > 0.0)
         r.radiance += gained * (v.rgb / v.a);

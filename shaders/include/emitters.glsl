@@ -46,7 +46,7 @@ vec3 emitter_light(uint i, vec3 p_ws, vec3 n_ws)
 // Narrow cones have far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through, of two voxels at least.
 cone_settings emitter_settings(cone_settings of)
 {
-    return cone_settings(of.step * 1.6, of.max_distance, of.falloff, 2.83, 1.0);
+    return cone_settings(of.step * 1.6, of.max_distance, of.falloff, 2.83, 1.0, CONE_LEAST);
 }
 
 // Radius of a cone that covers as much as an emitter shows along `direction`: a flat one seen from its edge is thin, and what it
