@@ -10,24 +10,44 @@ layout(std430, binding = 3) readonly buffer surface_block { uvec2 static_surface
 layout(std430, binding = 4) readonly buffer emission_block { uvec2 static_emission[]; }; // where anything glows
 layout(std430, binding = 5) readonly buffer dynamic_block { uvec4 dynamic_cells[]; };
 
-// Attributes of the leaf at `slot` with mask bit `code`; weight 0 when it is empty. layer_words: of a layer's mask,
-// dynamic_room: leaf parents with room for dynamic cells; 0 when nothing moves.
-cell_attributes cell_load(uint slot, uint code, uint layer_words, uint dynamic_room)
+// The eight cells of a leaf parent: which are occupied, and where those that move lie.
+struct cell_block {
+    uint resting, moving; // a bit a cell
+    uint first_moving;    // in dynamic_cells
+};
+
+// code: of the parent; layer_words: of a layer's mask, dynamic_room: leaf parents with room for dynamic cells; 0 when nothing
+// moves.
+cell_block cell_block_of(uint code, uint layer_words, uint dynamic_room)
+{
+    uint word = code >> 2, shift = 8u * (code & 3u);
+    cell_block b = cell_block((masks[word] >> shift) & 255u, 0u, 0u);
+    if (dynamic_room != 0u && ((moving[word] >> shift) & 255u) != 0u) {
+        uint at = layer_words + (code >> 5), rank = rank_below(moving[at + (layer_words >> 3)], moving[at], code);
+        b.moving = rank < dynamic_room ? (moving[word] >> shift) & 255u : 0u;
+        b.first_moving = rank * 8u;
+    }
+    return b;
+}
+
+// Attributes of cell k of a block whose leaves begin at first_slot; weight 0 when it is empty.
+cell_attributes cell_of_block(cell_block b, uint first_slot, uint k)
 {
     cell_attributes a;
     a.albedo = a.normal = a.emission = vec3(0.0);
     a.double_sided = 0.0;
     a.weight = 0u;
     a.area = 0.0;
-    uint word = code >> 5, bit = 1u << (code & 31u);
-    uint s = masks[word], d = dynamic_room != 0u ? moving[word] : 0u;
-    if ((s & bit) != 0u)
+    uint slot = first_slot + k;
+    if (((b.resting >> k) & 1u) != 0u)
         a = cell_attributes_unpack(uvec4(static_surface[slot], tree.light.x > 0.0 ? static_emission[slot] : uvec2(0u)));
-    if ((d & bit) != 0u) {
-        uint parent = code >> 3, at = layer_words + (parent >> 5);
-        uint rank = rank_below(moving[at + (layer_words >> 3)], moving[at], parent);
-        if (rank < dynamic_room)
-            a = cell_attributes_merge(a, cell_attributes_unpack(dynamic_cells[rank * 8u + (code & 7u)]));
-    }
+    if (((b.moving >> k) & 1u) != 0u)
+        a = cell_attributes_merge(a, cell_attributes_unpack(dynamic_cells[b.first_moving + k]));
     return a;
+}
+
+// The same of the leaf at `slot` with mask bit `code`.
+cell_attributes cell_load(uint slot, uint code, uint layer_words, uint dynamic_room)
+{
+    return cell_of_block(cell_block_of(code >> 3, layer_words, dynamic_room), slot & ~7u, slot & 7u);
 }

@@ -250,19 +250,21 @@ float shadow_filter_small(sampler2DArray maps, shadow_place place, float edge)
     return dot(open, vec4(1.0 - f.x, f.x, f.x, 1.0 - f.x) * vec4(f.y, f.y, 1.0 - f.y, 1.0 - f.y));
 }
 
-/* The same for a voxel, whose surface has no plane: the point is lifted by offset_m along the normal (its own
- * half diagonal, say) and its depth by a texel towards the light. */
-float light_shadow_voxel(uint i, vec3 p_ws, vec3 n_ws, float offset_m)
+float shadow_lifted(sampler2DArray maps, shadow_place place, float edge)
 {
-    vec3 p = p_ws + n_ws * offset_m;
-    bool directional = light_is_directional(i);
-    shadow_place place = directional ? shadow_find_directional(i, p) : shadow_find_local(i, p);
-    if (place.matrix < 0)
-        return 1.0;
     place.uvz.z -= place.texel_ws * place.per_metre;
-    if (directional)
-        return shadow_filter_small(shadow_directional, place, float(kd_lights.count.z));
-    return shadow_filter_small(shadow_spot, place, float(kd_lights.count.w));
+    return place.matrix < 0 ? 1.0 : shadow_filter_small(maps, place, edge);
+}
+
+/* The same for a voxel, whose surface has no plane: p is lifted along the normal by the caller, and its depth by
+ * a texel towards the light. */
+float light_shadow_voxel_directional(uint i, vec3 p_ws)
+{
+    return shadow_lifted(shadow_directional, shadow_find_directional(i, p_ws), float(kd_lights.count.z));
+}
+float light_shadow_voxel_local(uint i, vec3 p_ws)
+{
+    return shadow_lifted(shadow_spot, shadow_find_local(i, p_ws), float(kd_lights.count.w));
 }
 
 #endif

@@ -1,4 +1,4 @@
-// Adds up the leaves that glow by blocks (shaders/shared/emitters.h). One invocation a leaf slot.
+// Adds up the leaves that glow by blocks (shaders/shared/emitters.h). One invocation a leaf parent.
 layout(local_size_x = 64) in;
 
 #include "shaders/include/linear.glsl"
@@ -44,22 +44,37 @@ void add(uint at, cell_attributes a, uvec3 cell)
     atomicAdd(sums[at + 14u], uint(round(area * KD_EMITTER_AREA_ONE)));
 }
 
+// Cells of a block that may glow, a bit each: those that move, and those at rest that were seen to.
+uint cells_to_ask(cell_block block, uint first)
+{
+    uint bits = block.moving;
+    for (uint k = 0u; k < 8u; k++)
+        bits |= static_emission[first + k].x != 0u ? block.resting & (1u << k) : 0u;
+    return bits;
+}
+
 void main()
 {
-    uint parent = linear_index() >> 3, k = linear_index() & 7u;
+    uint parent = linear_index();
     if (parent >= min(counters[KD_COUNT_HIGH], places.size.x))
         return;
     uint code = book[places.codes[pass.x] + parent];
     if (code == KD_EMPTY)
         return;
-    code = code * 8u + k;
-    cell_attributes a = cell_load(parent * 8u + k, code, pass.y, pass.z);
-    if (a.weight == 0u || all(lessThanEqual(a.emission, vec3(0.0))))
+    cell_block block = cell_block_of(code, pass.y, pass.z);
+    uint bits = cells_to_ask(block, parent * 8u);
+    if (bits == 0u)
         return;
-    uint c = code >> (3u * tree.info.z);
-    uvec3 cell = uvec3(cell_unwrap(c, morton_decode(code & ((1u << (3u * tree.info.z)) - 1u))));
+    uint c = (code * 8u) >> (3u * tree.info.z);
+    uvec3 low = uvec3(cell_unwrap(c, morton_decode((code * 8u) & ((1u << (3u * tree.info.z)) - 1u))));
     uint shift = tree.info.w + uint(KD_EMITTER_BLOCK_LOG2);
-    uvec3 block = cell >> shift, within = cell & ((1u << shift) - 1u);
-    uint at = ((c * uint(KD_EMITTER_BLOCKS) + block.z) * uint(KD_EMITTER_BLOCKS) + block.y) * uint(KD_EMITTER_BLOCKS) + block.x;
-    add(at * KD_EMITTER_WORDS, a, within);
+    uvec3 of = low >> shift, within = low & ((1u << shift) - 1u);
+    uint at = ((c * uint(KD_EMITTER_BLOCKS) + of.z) * uint(KD_EMITTER_BLOCKS) + of.y) * uint(KD_EMITTER_BLOCKS) + of.x;
+    do {
+        uint k = uint(findLSB(bits));
+        cell_attributes a = cell_of_block(block, parent * 8u, k);
+        if (a.weight != 0u && any(greaterThan(a.emission, vec3(0.0))))
+            add(at * KD_EMITTER_WORDS, a, within + (uvec3(k, k >> 1, k >> 2) & 1u));
+        bits &= bits - 1u;
+    } while (bits != 0u);
 }

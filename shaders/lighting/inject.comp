@@ -1,5 +1,7 @@
 // Light enters the tree: every leaf gets the direct light of all lights through their shadow maps, reflected diffusely, and
-// its own emission, and sends out again what the dense cell round it has gathered. One invocation a leaf slot, eight siblings side by side.
+// its own emission, and sends out again what the dense cell round it has gathered. One invocation a leaf parent goes over its
+// leaves: what they share is read once, and on software drivers none of them waits for empty ones.
+// DIRECTIONAL and LOCAL (kinds of light there are) are known when compiling, as in shaders/include/shade.glsl.
 // Source: Crassin 2011 and Yalciner 2016, section 3.3.3 (injection into leaves), here for lights of all kinds.
 layout(local_size_x = 64) in;
 
@@ -17,92 +19,140 @@ layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; //
 layout(std430, binding = 6) buffer leaves_block { uvec2 leaves[]; };
 layout(binding = KD_UNIT_BOUNCE) uniform usamplerBuffer entries;                  // shaders/shared/bounce.h
 
-// Cosine that the cell's surfaces show to the light. Where normals of many directions meet, the mean of a sphere's lit
-// side takes over: a quarter of what faces it.
-float facing(cell_attributes a, vec3 to_light)
-{
-    float gathered = length(a.normal);
-    if (gathered < 1e-3)
-        return 0.25;
-    float d = dot(a.normal, to_light) / gathered;
-    float cosine = mix(max(d, 0.0), abs(d), a.double_sided);
-    return mix(0.25, cosine, min(gathered * 2.0, 1.0));
-}
+// Where a leaf's light arrives.
+struct lit_leaf {
+    vec3 p_ws, normal;     // normal: unit, or 0
+    float span, directed;  // directed: 0 where normals of many directions meet, 1 where they agree
+    float double_sided;
+};
 
-vec3 direct_light(cell_attributes a, vec3 p_ws, float span)
+lit_leaf lit_leaf_of(cell_attributes a, vec3 p_ws, float span)
 {
-    vec3 sum = vec3(0.0);
     float gathered = length(a.normal);
     vec3 n = gathered > 1e-3 ? a.normal / gathered : vec3(0.0);
-    for (uint i = 0u; i < light_count(); i++) {
-        vec3 to_light;
-        vec3 e = light_sample(i, p_ws, to_light);
-        float cosine = facing(a, to_light);
-        if (cosine * max(e.r, max(e.g, e.b)) <= 0.0)
-            continue;
-        vec3 side = dot(n, to_light) < 0.0 ? -n : n;
-        sum += e * cosine * light_shadow_voxel(i, p_ws + 0.5 * span * to_light, side, span);
-    }
+    return lit_leaf(p_ws, n, span, gathered > 1e-3 ? min(gathered * 2.0, 1.0) : 0.0, a.double_sided);
+}
+
+// Cosine that the cell's surfaces show to the light. Where normals of many directions meet, the mean of a sphere's lit
+// side takes over: a quarter of what faces it.
+float facing(lit_leaf l, vec3 to_light)
+{
+    float d = dot(l.normal, to_light), cosine = mix(max(d, 0.0), abs(d), l.double_sided);
+    return mix(0.25, cosine, l.directed);
+}
+
+// Where a leaf asks for its shadow: lifted off its own surface.
+vec3 shadow_point(lit_leaf l, vec3 to_light)
+{
+    vec3 side = dot(l.normal, to_light) < 0.0 ? -l.normal : l.normal;
+    return l.p_ws + l.span * (0.5 * to_light + side);
+}
+
+vec3 direct_light(lit_leaf l)
+{
+    uint i = 0u;
+    vec3 to_light, sum = vec3(0.0);
+#ifdef DIRECTIONAL
+    do {
+        vec3 e = light_sample(i, l.p_ws, to_light);
+        sum += e * (facing(l, to_light) * light_shadow_voxel_directional(i, shadow_point(l, to_light)));
+        i++;
+    } while (i < light_directional_count());
+#endif
+#ifdef LOCAL
+    do {
+        vec3 e = light_sample(i, l.p_ws, to_light);
+        sum += e * (facing(l, to_light) * light_shadow_voxel_local(i, shadow_point(l, to_light)));
+        i++;
+    } while (i < light_count());
+#endif
     return sum;
 }
 
-// Irradiance / pi that the cell round a leaf has gathered, stored units: by the squares of the normal's parts from the sides
-// that it faces; from all sides alike where normals of many directions meet.
-vec3 bounced_light(cell_attributes a, uint c, ivec3 cell)
+// Irradiance / pi that the dense cell round a leaf parent has gathered on its six sides, stored units.
+void bounced_sides(uint c, ivec3 dense_cell, out vec3 sides[6])
 {
-    if (bounce.y == 0u)
-        return vec3(0.0);
-    ivec3 world_cell = bounce_world_cell(c, cell >> int(tree.info.w));
+    ivec3 world_cell = bounce_world_cell(c, dense_cell);
     int at = int(bounce_first_entry(c, world_cell));
-    if (texelFetch(entries, at + 7).r != bounce_identity(world_cell) || bounce.x - texelFetch(entries, at + 6).r > bounce.y)
-        return vec3(0.0);
-    float gathered = length(a.normal);
-    vec3 n = gathered > 1e-3 ? a.normal / gathered : vec3(0.0), square = n * n, sum = vec3(0.0);
-    float directed = min(gathered * 2.0, 1.0), weight = 0.0;
+    bool holds = bounce.y != 0u && texelFetch(entries, at + 7).r == bounce_identity(world_cell) &&
+                 bounce.x - texelFetch(entries, at + 6).r <= bounce.y;
+    for (int side = 0; side < 6; side++)
+        sides[side] = holds ? rgb9e5_unpack(texelFetch(entries, at + side).r) : vec3(0.0);
+}
+
+// What of it a leaf gets: by the squares of the normal's parts from the sides that it faces; from all sides alike where normals
+// of many directions meet.
+vec3 bounced_light(lit_leaf l, vec3 sides[6])
+{
+    vec3 square = l.normal * l.normal, sum = vec3(0.0);
+    float weight = 0.0;
     for (int side = 0; side < 6; side++) {
-        float towards = (side & 1) == 0 ? n[side >> 1] : -n[side >> 1];
-        float faces = square[side >> 1] * (towards >= 0.0 ? 1.0 - 0.5 * a.double_sided : 0.5 * a.double_sided);
-        float w = mix(1.0 / 6.0, faces, directed);
-        sum += w * rgb9e5_unpack(texelFetch(entries, at + side).r);
+        float towards = (side & 1) == 0 ? l.normal[side >> 1] : -l.normal[side >> 1];
+        float faces = square[side >> 1] * (towards >= 0.0 ? 1.0 - 0.5 * l.double_sided : 0.5 * l.double_sided);
+        float w = mix(1.0 / 6.0, faces, l.directed);
+        sum += w * sides[side];
         weight += w;
     }
     return sum / weight;
 }
 
-uvec2 leaf_of(uint slot, uint code)
+uvec2 leaf_of(cell_attributes a, lit_leaf l, vec3 sides[6])
 {
-    cell_attributes a = cell_load(slot, code, pass.y, pass.z);
-    if (a.weight == 0u)
-        return uvec2(0u);
-    uint c = code >> (3u * tree.info.z);
-    ivec3 cell = cell_unwrap(c, morton_decode(code & ((1u << (3u * tree.info.z)) - 1u)));
-    float span = tree.cascade[c].w;
-    vec3 p_ws = tree.cascade[c].xyz + (vec3(cell) + 0.5) * span;
-    vec3 lamps = bounce.z != 0u ? direct_light(a, p_ws, span) : vec3(0.0);
+    vec3 lamps = bounce.z != 0u ? direct_light(l) : vec3(0.0);
     // Strictly, cells with surfaces of opposite sides reflect nothing: what lights one side would be seen from the other.
     vec3 albedo = a.albedo;
     if (tree_is_strict())
         albedo *= (1.0 - a.double_sided) * smoothstep(0.9, 0.97, length(a.normal));
     vec3 emission = emitters.info.x == 0u ? a.emission * tree.light.x : vec3(0.0); // emitters.glsl lights by it
     vec3 radiance = tree.light.y * (albedo * (1.0 / 3.14159265) * lamps + emission);
-    radiance += albedo * bounced_light(a, c, cell);
+    radiance += albedo * bounced_light(l, sides);
     float depth = FULL_DEPTH * min(float(a.weight) / 256.0, 1.0);
     return leaf_pack(leaf_value(radiance, a.normal, depth, a.double_sided > 0.5));
 }
 
+// Leaves of a parent that hold something, or did. Returns a bit each.
+uint leaves_to_do(uint first, cell_block block)
+{
+    uint bits = block.resting | block.moving;
+    for (uint k = 0u; k < 8u; k++)
+        bits |= uint(leaves[first + k] != uvec2(0u)) << k;
+    return bits;
+}
+
+// Returns whether any of the leaves has changed.
+bool light_leaves(uint code, uint first)
+{
+    cell_block block = cell_block_of(code, pass.y, pass.z);
+    uint bits = leaves_to_do(first, block), c = (code * 8u) >> (3u * tree.info.z);
+    if (bits == 0u)
+        return false;
+    ivec3 low = cell_unwrap(c, morton_decode((code * 8u) & ((1u << (3u * tree.info.z)) - 1u)));
+    float span = tree.cascade[c].w;
+    vec3 sides[6];
+    bounced_sides(c, low >> int(tree.info.w), sides);
+    bool changed = false;
+    do {
+        uint k = uint(findLSB(bits));
+        cell_attributes a = cell_of_block(block, first, k);
+        vec3 p_ws = tree.cascade[c].xyz + (vec3(low + (ivec3(k, k >> 1, k >> 2) & 1)) + 0.5) * span;
+        uvec2 leaf = a.weight != 0u ? leaf_of(a, lit_leaf_of(a, p_ws, span), sides) : uvec2(0u);
+        if (leaf != leaves[first + k]) {
+            leaves[first + k] = leaf;
+            changed = true;
+        }
+        bits &= bits - 1u;
+    } while (bits != 0u);
+    return changed;
+}
+
 void main()
 {
-    uint parent = linear_index() >> 3, k = linear_index() & 7u;
+    uint parent = linear_index();
     if (parent >= min(counters[KD_COUNT_HIGH], places.size.x))
         return;
     uint code = book[places.codes[pass.x] + parent];
-    if (code == KD_EMPTY)
+    if (code == KD_EMPTY || !light_leaves(code, parent * 8u))
         return;
-    uint slot = parent * 8u + k;
-    uvec2 leaf = leaf_of(slot, code * 8u + k);
-    if (leaf == leaves[slot])
-        return;
-    leaves[slot] = leaf;
     if (pass.x == 0u)
         book_change_dense(code);
     else

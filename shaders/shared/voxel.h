@@ -179,8 +179,8 @@ KD_LAYOUT_CHECK(kd_svo_places, 160)
 #define KD_COUNT_LEFT 45        /* 1 when voxels found a locked node and wait for the next pass */
 #define KD_COUNT_TRANSIENT_END 48
 /* Indirect arguments in the same buffer, three words each: groups of 64. */
-#define KD_ARGS_ALL 64          /* over the leaves of all leaf parents */
-#define KD_ARGS_TOUCHED 67      /* over those of the touched ones */
+#define KD_ARGS_ALL 64          /* over all leaf parents */
+#define KD_ARGS_TOUCHED 67      /* over the leaves of the touched ones */
 #define KD_ARGS_DYNAMIC 70      /* over the leaf parents with dynamic cells */
 #define KD_ARGS_LIST 73         /* over the list at hand */
 #define KD_COUNT_WORDS 76

@@ -16,8 +16,28 @@
 #include "systems/lighting/leaves.h"
 
 typedef struct inject_state {
-    kd_gpu_program inject;
+    kd_gpu_program inject[4]; /* by kinds of light: bit 0 directional, bit 1 local */
+    bool tried[4];            /* a program that failed is not compiled again every frame */
 } inject_state;
+
+static kd_gpu_program find_program(kd_gpu *gpu, inject_state *state, const kd_lighting *lighting)
+{
+    static const char *const words[] = {"DIRECTIONAL", "LOCAL"};
+    const char *defines[3] = {NULL}; /* NULL ends them */
+    const bool there[] = {lighting->directional_count > 0,
+                          lighting->light_count > lighting->directional_count};
+    uint32_t kinds = 0, count = 0;
+    for (uint32_t i = 0; i < 2; i++)
+        if (there[i]) {
+            kinds |= 1u << i;
+            defines[count++] = words[i];
+        }
+    if (!state->tried[kinds])
+        state->inject[kinds] = kd_gpu_make_program(
+            gpu, &(kd_gpu_program_desc){.compute = "shaders/lighting/inject.comp", .defines = defines});
+    state->tried[kinds] = true;
+    return state->inject[kinds];
+}
 
 void lighting_bind_leaves(kd_gpu *gpu, const kd_svo *svo)
 {
@@ -34,7 +54,7 @@ void lighting_bind_leaves(kd_gpu *gpu, const kd_svo *svo)
 
 static void inject(kd_system_context *context, bool send_out)
 {
-    const inject_state *state = context->user;
+    inject_state *state = context->user;
     const kd_bounce *bounce = kd_singleton(context->world, kd_bounce);
     bool lamps = kd_singleton(context->world, kd_frame)->settings.light_bounces != KD_BOUNCES_NONE;
     const kd_svo *svo = kd_singleton(context->world, kd_svo);
@@ -58,7 +78,7 @@ static void inject(kd_system_context *context, bool send_out)
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
     kd_gpu_bind_storage(gpu, 6, svo->leaves);
     kd_gpu_bind_texture(gpu, KD_UNIT_BOUNCE, bounce->view);
-    kd_gpu_dispatch_indirect(gpu, state->inject, svo->counters, KD_ARGS_ALL * 4);
+    kd_gpu_dispatch_indirect(gpu, find_program(gpu, state, lighting), svo->counters, KD_ARGS_ALL * 4);
 }
 
 static void run(kd_system_context *context)
@@ -76,18 +96,11 @@ static bool injects_again(kd_system_context *context)
     return kd_frame_needs_voxels(context) && kd_singleton(context->world, kd_bounce)->again;
 }
 
-static kd_status init(kd_system_context *context)
-{
-    inject_state *state = context->user;
-    state->inject =
-        kd_gpu_make_program(context->gpu, &(kd_gpu_program_desc){.compute = "shaders/lighting/inject.comp"});
-    return state->inject.id ? KD_OK : KD_GPU;
-}
-
 static void fini(kd_system_context *context)
 {
     inject_state *state = context->user;
-    kd_gpu_destroy_program(context->gpu, state->inject);
+    for (uint32_t i = 0; i < 4; i++)
+        kd_gpu_destroy_program(context->gpu, state->inject[i]);
     free(state);
 }
 
@@ -112,7 +125,6 @@ static kd_system_desc inject_desc(inject_state *state)
         .run_if = kd_frame_needs_voxels,
         .no_commands = true,
         .run = run,
-        .init = init,
         .fini = fini,
         .user = state,
     };
@@ -135,7 +147,6 @@ kd_status kd_lighting_import(kd_schedule *s)
     desc.phase = KD_PHASE_BOUNCE_INJECT;
     desc.run_if = injects_again;
     desc.run = run_again;
-    desc.init = NULL;
     desc.fini = NULL;
     return kd_schedule_add(s, &desc);
 }

@@ -47,7 +47,8 @@ static void finish(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     kd_gpu_bind_uniform(gpu, 0, settle, sizeof settle);
     kd_gpu_dispatch(gpu, state->programs[SVO_TAKEN_SETTLE], 1, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 8, KD_ARGS_ALL);
+    svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 1, KD_ARGS_ALL);
+    svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 8, KD_ARGS_LIST);
     kd_gpu_bind_uniform(gpu, 0, pack, sizeof pack);
     kd_gpu_bind_storage(gpu, 1, svo->sums);
     kd_gpu_bind_storage(gpu, 2, svo->leaves);
@@ -55,7 +56,7 @@ static void finish(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
     kd_gpu_bind_storage(gpu, 5, svo->masks);
     kd_gpu_bind_storage(gpu, 7, svo->book);
-    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_TAKEN_PACK], svo->counters, KD_ARGS_ALL * 4);
+    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_TAKEN_PACK], svo->counters, KD_ARGS_LIST * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
 }
 

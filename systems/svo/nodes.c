@@ -262,5 +262,5 @@ void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
         change_level(gpu, state, svo, l, true);
     if (scene->static_changed)
         list_touched(gpu, state, svo);
-    svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 8, KD_ARGS_ALL);
+    svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 1, KD_ARGS_ALL);
 }

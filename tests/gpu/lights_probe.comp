@@ -8,9 +8,14 @@ struct probe {
     vec4 position_ws; /* w: light */
     vec4 normal_ws;   /* w: offset of the voxel [m] */
     vec4 irradiance;  /* w: light_shadow */
-    vec4 to_light;    /* w: light_shadow_voxel */
+    vec4 to_light;    /* w: light_shadow_voxel_* */
 };
 layout(std430, binding = 0) buffer probe_block { probe probes[]; };
+
+float voxel_shadow(uint light, vec3 p)
+{
+    return light_is_directional(light) ? light_shadow_voxel_directional(light, p) : light_shadow_voxel_local(light, p);
+}
 
 void main()
 {
@@ -18,5 +23,5 @@ void main()
     vec3 p = probes[i].position_ws.xyz, n = probes[i].normal_ws.xyz, to_light;
     probes[i].irradiance.rgb = light_sample(light, p, to_light);
     probes[i].irradiance.w = light_shadow(light, p, n);
-    probes[i].to_light = vec4(to_light, light_shadow_voxel(light, p, n, probes[i].normal_ws.w));
+    probes[i].to_light = vec4(to_light, voxel_shadow(light, p + n * probes[i].normal_ws.w));
 }
