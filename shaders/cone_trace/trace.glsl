@@ -69,9 +69,10 @@ vec4 trace_set(vec3 origin, mat3 frame, uint variant, float start)
 {
     vec3 irradiance = vec3(0.0);
     float visible = 0.0;
+    cone_near near = cone_near_of(origin, frame[2], gather.cone.x, start, settings());
     for (uint i = 0u; i < gather.size.w; i++) {
         set_cone cone = cone_of_set(i, variant, frame);
-        cone_result r = cone_trace(origin, cone.axis, cone.facing, gather.cone.x, start, settings());
+        cone_result r = cone_trace(origin, cone.axis, cone.facing, gather.cone.x, cone_start(near, cone.facing, start), settings());
         count_cone(i, r.samples);
         irradiance += cone.weight * (r.radiance * tree.light.z + r.transmittance * sky_cone(cone.axis, gather.cone.x * gather.light.w));
         visible += cone.weight * (1.0 - r.occlusion);

@@ -27,7 +27,7 @@ const float CONE_LEAST = 0.0001, CONE_DENSITY = 3.0, CONE_CLOSED = CONE_LEAST;
 const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0;
 // Light that little gets through to is taken for that of the last sample: a cone then ends in the wall that it meets, and does
 // not look for the rest in what lies behind.
-const float CONE_CLOSED = 0.1;
+const float CONE_CLOSED = 0.05;
 #endif
 #ifdef KD_CONES_PAPER
 const int CONE_MOST_SAMPLES = 4096; // those of all cones
@@ -187,4 +187,59 @@ cone_result cone_trace(vec3 origin_ws, vec3 direction, vec3 facing, float tan_ha
         } while (at.goes_on && !at.sparse);
     } while (at.goes_on);
     return r;
+}
+
+// What lies near the start of a cone: depths of dense cells round the place that its samples below them go by.
+struct cone_near {
+    vec3 forth, back; // for rays towards +x +y +z, and the other way
+    float end;        // distance from which on samples are those of dense cells
+};
+
+// Of cones round a normal from one place.
+cone_near cone_near_of(vec3 origin_ws, vec3 normal, float tan_half, float start, cone_settings settings)
+{
+    cone_result none = cone_begin();
+    cone_near o = cone_near(vec3(1.0), vec3(1.0), start);
+    cone_place at = cone_place_at(o.end, none, origin_ws, normal, tan_half, settings);
+#ifdef KD_CONES_TRILINEAR
+    int k = min(at.cascade, tree_cascades() - 1);
+    ivec2 dense = tree_dense_of(k + KD_SPARSE_LEVELS);
+    tree_texel t = tree_texel_at(dense.x, dense.y, origin_ws + normal * (0.9 * float(1 << KD_SPARSE_LEVELS) * tree.cascade[k].w));
+    o.forth = tree_texel_depths(t, 0.0);
+    o.back = tree_texel_depths(t, 1.0);
+    do {
+        if (at.goes_on && at.sparse) {
+            o.end += at.stride;
+            at = cone_place_at(o.end, none, origin_ws, normal, tan_half, settings);
+        }
+    } while (at.goes_on && at.sparse);
+#endif
+    return o;
+}
+
+// Where a cone has to begin: behind what is near when that is nothing in all axes of its ray.
+float cone_start(cone_near near, vec3 facing, float start)
+{
+    vec3 met = mix(near.forth, near.back, lessThan(facing, vec3(0.0))) * abs(facing);
+    return met.x + met.y + met.z > 0.0 ? start : near.end;
+}
+
+// The same of a cone that is not asked for detail below the dense cells: without the loop for it where leaves lie right below.
+cone_result cone_trace_wide(vec3 origin_ws, vec3 direction, vec3 facing, float tan_half, float start, cone_settings settings)
+{
+#if KD_SPARSE_LEVELS == 1
+    cone_result r = cone_begin();
+    float t = start;
+    cone_place at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
+    do {
+        if (at.goes_on) {
+            at.lod = max(at.lod, at.cascade + KD_SPARSE_LEVELS);
+            cone_step(r, t, cone_sample_wide(r, at, facing), at.stride, settings);
+            at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
+        }
+    } while (at.goes_on);
+    return r;
+#else
+    return cone_trace(origin_ws, direction, facing, tan_half, start, settings);
+#endif
 }

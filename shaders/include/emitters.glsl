@@ -75,7 +75,7 @@ float emitter_visible(uint i, vec3 p_ws, float start, float least_tan, cone_sett
     settings.max_distance = d - e.place.w - 1.5 * max(span, tan_half * d);
     if (settings.max_distance <= start)
         return 1.0;
-    cone_result r = cone_trace(p_ws, direction, direction, tan_half, start, settings);
+    cone_result r = cone_trace_wide(p_ws, direction, direction, tan_half, start, settings);
     count_emitter_cone(r.samples);
     return r.transmittance;
 }

@@ -204,10 +204,15 @@ vec3 tree_texel_darkest(tree_texel t, vec3 back, vec3 weight, vec3 depths, float
 }
 #endif
 
-vec4 tree_sample_dense(int c, int mip, vec3 p_ws, vec3 direction)
+tree_texel tree_texel_at(int c, int mip, vec3 p_ws)
 {
     float edge = tree.cascade[c].w * float(1 << (KD_SPARSE_LEVELS + mip));
-    tree_texel t = tree_texel_of(c, mip, (p_ws - tree.cascade[c].xyz) / edge);
+    return tree_texel_of(c, mip, (p_ws - tree.cascade[c].xyz) / edge);
+}
+
+vec4 tree_sample_dense(int c, int mip, vec3 p_ws, vec3 direction)
+{
+    tree_texel t = tree_texel_at(c, mip, p_ws);
     vec3 weight = abs(direction), back = vec3(lessThan(direction, vec3(0.0)));
     vec3 depths = mix(tree_texel_depths(t, 0.0), tree_texel_depths(t, 1.0), back);
 #ifdef KD_LEAK_STRICT
@@ -233,12 +238,21 @@ vec4 tree_sample_sparse(int k, int lod, vec3 p_ws, vec3 direction)
     return v / (tree.cascade[0].w * exp2(float(lod)));
 }
 
-// The same of dense cells and what lies above them.
+// Cascade and mip of dense cells, and of what lies above them.
+ivec2 tree_dense_of(int lod)
+{
+    int c = min(lod - KD_SPARSE_LEVELS, tree_cascades() - 1);
+    return ivec2(c, max(lod - KD_SPARSE_LEVELS - c, 0));
+}
+
+int tree_last_lod() { return tree_cascades() - 1 + KD_SPARSE_LEVELS + KD_DENSE_MIPS; }
+
+// The same of these.
 vec4 tree_sample_wide(int k, int lod, vec3 p_ws, vec3 direction)
 {
-    lod = min(lod, tree_cascades() - 1 + KD_SPARSE_LEVELS + KD_DENSE_MIPS);
-    int c = min(lod - KD_SPARSE_LEVELS, tree_cascades() - 1);
-    vec4 v = tree_sample_dense(c, max(lod - KD_SPARSE_LEVELS - c, 0), p_ws, direction);
+    lod = min(lod, tree_last_lod());
+    ivec2 dense = tree_dense_of(lod);
+    vec4 v = tree_sample_dense(dense.x, dense.y, p_ws, direction);
     return v / (tree.cascade[0].w * exp2(float(lod)));
 }
 
