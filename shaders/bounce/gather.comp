@@ -27,12 +27,13 @@ vec3 gather(vec3 origin, int side, float span, uint variant)
     cone_settings settings = cone_settings(pass.cone.y, pass.cone.z, 0.0, 2.0, pass.far.x, CONE_CLOSED), longer = settings;
     longer.step *= LONGER_STEPS;
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < KD_BOUNCE_CONES; i++) {
+    int i = 0;
+    do {
         vec4 cone = pass.cones[KD_CONE_SETS * i + int(variant)];
         vec3 direction = to_side(cone.xyz, side);
         cone_result r = cone_trace_wide(origin, direction, direction, pass.cone.x, 0.25 * span, longer);
         sum += cone.w * (r.radiance + r.transmittance * (pass.cone.w * tree.light.y) * sky_cone(direction, pass.cone.x * pass.far.x));
-    }
+    } while (++i < KD_BOUNCE_CONES);
     vec3 normal = to_side(vec3(0.0, 0.0, 1.0), side);
     return sum + tree.light.y * emitters_light(sum * tree.light.z, origin, origin, normal, 0.25 * span, 0.1, 1u, variant, emitter_settings(settings));
 }

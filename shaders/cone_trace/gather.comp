@@ -1,4 +1,5 @@
 // Traces every n-th pixel of both axes: one invocation each.
+#define KD_GLOSSY
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shaders/cone_trace/trace.glsl"

@@ -1,4 +1,4 @@
-// Traces the pixels that refine.comp has listed.
+// Traces the pixels that refine.comp has listed, those whose reflections are the diffuse light.
 layout(local_size_x = 64) in;
 
 #include "shaders/cone_trace/trace.glsl"

@@ -14,6 +14,12 @@ layout(std430, binding = 1) buffer smooth_block {
     uint smooth_count;
     uint smooth_items[];
 };
+// What is traced with its reflection.
+layout(std430, binding = 4) buffer glossy_block {
+    uint glossy_args[3];
+    uint glossy_count;
+    uint glossy_items[];
+};
 layout(binding = 2, rgba16f) writeonly uniform image2D diffuse_smooth_out;
 layout(binding = 3, rgba16f) writeonly uniform image2D specular_smooth_out;
 
@@ -30,11 +36,25 @@ void add_to_smooth(uint item)
     smooth_items[i] = item;
 }
 
+void add_to_glossy(uint item)
+{
+    uint i = atomicAdd(glossy_count, 1u);
+    if (i >= uint(glossy_items.length()))
+        return;
+    if (i % 64u == 0u)
+        atomicAdd(glossy_args[0], 1u);
+    glossy_items[i] = item;
+}
+
 void trace_or_reuse(ivec2 at, int n, bool glossy, vec3 p_ws, vec3 normal_ws)
 {
     add_to_smooth(pixel_item(at));
     reused_light light = reuse_find(at, n, 1, p_ws, normal_ws);
-    if (glossy || !light.found) {
+    if (glossy) {
+        add_to_glossy(pixel_item(at));
+        return;
+    }
+    if (!light.found) {
         work_add(pixel_item(at));
         return;
     }

@@ -1,5 +1,6 @@
 // What one traced pixel does: diffuse cones round the normal give irradiance and ambient visibility, one glossy cone along
-// the mirror direction gives the reflection. cone_trace.c makes the set of cones.
+// the mirror direction gives the reflection; with KD_GLOSSY alone, since software drivers would go through it for every pixel.
+// cone_trace.c makes the set of cones.
 // Source: Crassin 2011; Yalciner 2016, section 4.6.
 
 #include "shaders/shared/gather.h"
@@ -70,13 +71,14 @@ vec4 trace_set(vec3 origin, mat3 frame, uint variant, float start)
     vec3 irradiance = vec3(0.0);
     float visible = 0.0;
     cone_near near = cone_near_of(origin, frame[2], gather.cone.x, start, settings());
-    for (uint i = 0u; i < gather.size.w; i++) {
+    uint i = 0u;
+    do {
         set_cone cone = cone_of_set(i, variant, frame);
         cone_result r = cone_trace(origin, cone.axis, cone.facing, gather.cone.x, cone_start(near, cone.facing, start), settings());
         count_cone(i, r.samples);
         irradiance += cone.weight * (r.radiance * tree.light.z + r.transmittance * sky_cone(cone.axis, gather.cone.x * gather.light.w));
         visible += cone.weight * (1.0 - r.occlusion);
-    }
+    } while (++i < gather.size.w);
     return vec4(irradiance, visible);
 }
 
@@ -92,6 +94,7 @@ vec4 trace_diffuse(vec3 place_ws, vec3 origin, vec3 normal, float span, ivec2 at
     return vec4(irradiance * gather.light.x, clamp(1.0 - gather.light.z * (1.0 - set.a), 0.0, 1.0));
 }
 
+#ifdef KD_GLOSSY
 // The cone that holds most of a GGX lobe: its half angle grows with roughness squared (half of the lobe's energy lies within
 // atan(alpha) of the mirror direction).
 vec3 trace_specular(vec3 place_ws, vec3 origin, surface s, vec3 view, float span)
@@ -111,6 +114,7 @@ vec3 trace_specular(vec3 place_ws, vec3 origin, surface s, vec3 view, float span
     vec3 glow = emitters_reflected(place_ws, origin, direction, tan_half, span, emitter_settings(settings()));
     return (r.radiance * tree.light.z + r.transmittance * sky_cone(direction, tan_half) + glow) * gather.light.x;
 }
+#endif
 
 // Traces pixel at * n of the picture into texel `at`.
 void trace_pixel(ivec2 at, int n)
@@ -131,11 +135,13 @@ void trace_pixel(ivec2 at, int n)
     vec3 origin = clamp(s.position_ws + face * (gather.cone.w * span), tree.centre.xyz - reach, tree.centre.xyz + reach);
     vec4 diffuse = trace_diffuse(s.position_ws, origin, s.normal_ws, span, at);
     imageStore(diffuse_out, at, diffuse);
-    // A rough surface's lobe is about as wide as the hemisphere: the diffuse cones have seen it already.
-    vec3 specular = diffuse.rgb;
-    bool rough = gather.flags.x == 0u || s.roughness >= KD_GATHER_ROUGH; // smooth.comp takes the smoothed diffuse light then
-    if (!rough)
-        specular = trace_specular(s.position_ws, origin, s, view, span);
-    imageStore(specular_out, at, vec4(specular, rough ? KD_TRACED_ROUGH : KD_TRACED_GLOSSY));
+    // A rough surface's lobe is about as wide as the hemisphere: the diffuse cones have seen it already, and smooth.comp takes
+    // the smoothed diffuse light.
+    vec4 specular = vec4(diffuse.rgb, KD_TRACED_ROUGH);
+#ifdef KD_GLOSSY
+    if (gather.flags.x != 0u && s.roughness < KD_GATHER_ROUGH)
+        specular = vec4(trace_specular(s.position_ws, origin, s, view, span), KD_TRACED_GLOSSY);
+#endif
+    imageStore(specular_out, at, specular);
     count_pixel(at * n);
 }

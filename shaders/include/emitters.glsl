@@ -43,10 +43,11 @@ vec3 emitter_light(uint i, vec3 p_ws, vec3 n_ws)
     return e.power.rgb * (shown * cosine / (3.14159265 * d2 + e.power.w * shown));
 }
 
-// Narrow cones have far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through, of two voxels at least.
+// Narrow cones have far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through, of cells of two
+// voxels at least.
 cone_settings emitter_settings(cone_settings of)
 {
-    return cone_settings(of.step * 1.6, of.max_distance, of.falloff, 2.83, 1.0, CONE_LEAST);
+    return cone_settings(of.step * 1.6, of.max_distance, of.falloff, 4.0, 1.0, CONE_LEAST);
 }
 
 // Radius of a cone that covers as much as an emitter shows along `direction`: a flat one seen from its edge is thin, and what it
@@ -84,31 +85,36 @@ const float LEAST_SHARE_TRACED = 0.01;
 
 // Light of all emitters on a surface at place_ws: `samples` of them, drawn by how much they would light it, stand for all.
 // Four variants take strata between each other, so that the mean of four neighbours has four times as many. Shadows are
-// traced from origin_ws, unless all of it is next to nothing beside the light that has come from elsewhere.
+// traced from origin_ws, unless all of it is next to nothing beside the light that has come from elsewhere. Loops end in their
+// condition: software drivers run a body that is left at its head once more.
 vec3 emitters_light(vec3 others, vec3 place_ws, vec3 origin_ws, vec3 n_ws, float start, float least_tan, uint samples, uint variant,
                     cone_settings settings)
 {
-    uint count = emitters.info.x;
+    uint count = emitters.info.x, i = 0u, k = 0u;
     float all_of_it = 0.0;
-    for (uint i = 0u; i < count; i++)
-        all_of_it += color_luminance(emitter_light(i, place_ws, n_ws));
     vec3 sum = vec3(0.0);
+    if (count == 0u)
+        return sum;
+    do
+        all_of_it += color_luminance(emitter_light(i, place_ws, n_ws));
+    while (++i < count);
     if (all_of_it <= LEAST_SHARE_TRACED * color_luminance(others))
         return sum;
     samples = count <= 8u ? 1u : samples;
     float each = all_of_it / float(samples);
-    for (uint k = 0u; k < samples; k++) {
+    do {
         float target = each * (float(k) + (float(variant) + 0.5) * 0.25), before = 0.0;
         uint pick = 0u;
-        for (uint i = 0u; i < count; i++) {
+        i = 0u;
+        do {
             before += color_luminance(emitter_light(i, place_ws, n_ws));
             pick += uint(before < target);
-        }
+        } while (++i < count);
         pick = min(pick, count - 1u);
         vec3 light = emitter_light(pick, place_ws, n_ws);
         float seen = emitter_visible(pick, origin_ws, start, least_tan, settings);
         sum += light * (seen * each / max(color_luminance(light), 1e-20));
-    }
+    } while (++k < samples);
     return sum;
 }
 

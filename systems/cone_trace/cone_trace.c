@@ -21,19 +21,21 @@
 #include "shaders/shared/gather.h"
 #include "shaders/shared/scene.h"
 #include "systems/cone_trace/grid.h"
+#include "systems/cone_trace/tracers.h"
 
 typedef struct gather_state {
-    kd_tree_program gather[2], gather_list[2]; /* [1]: counting samples */
-    bool counts;                               /* this frame is counted */
-    kd_gpu_buffer samples;                     /* kd_gi_targets.samples */
+    gather_tracers tracers;
+    bool counts;           /* this frame is counted */
+    kd_gpu_buffer samples; /* kd_gi_targets.samples */
     kd_gpu_program guide, pick, refine, smooth, smooth_list, upsample;
     gather_grid grid, coarse;    /* coarse: at twice the spacing */
     kd_gpu_texture normal_depth; /* of the grid's pixels, shaders/cone_trace/guide.comp */
     kd_gpu_texture normal_depth_before;
-    kd_gpu_buffer list,
-        smooth_items; /* pixels to trace, and to smooth: shaders/cone_trace/listed_pixel.glsl */
-    uint64_t traced;  /* frame that left what is of use in the next, plus one; 0: none */
-    kd_view seen;     /* in that frame */
+    /* pixels to trace, to trace with their reflections, and to smooth: shaders/cone_trace/listed_pixel.glsl
+     */
+    kd_gpu_buffer list, glossy_list, smooth_items;
+    uint64_t traced; /* frame that left what is of use in the next, plus one; 0: none */
+    kd_view seen;    /* in that frame */
     struct kd_gather_params params;
     uint32_t sky; /* its version */
 } gather_state;
@@ -138,7 +140,8 @@ static void trace_all(kd_gpu *gpu, const gather_state *state, struct kd_gather_p
     if (state->counts)
         kd_gpu_bind_storage(gpu, 1, state->samples);
     bind_outputs(gpu, 0, grid->diffuse[GRID_TRACED], grid->specular[GRID_TRACED]);
-    dispatch_pixels(gpu, state->gather[state->counts].program, grid->width, grid->height);
+    dispatch_pixels(gpu, state->tracers.programs[TRACE_ALL][state->counts].program, grid->width,
+                    grid->height);
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE);
     smooth_grid(gpu, state, grid);
 }
@@ -157,13 +160,18 @@ static void bind_before(kd_gpu *gpu, const gather_state *state, const gather_gri
     kd_gpu_bind_texture(gpu, KD_UNIT_BEFORE_GUIDE, state->normal_depth_before);
 }
 
-static void trace_listed(kd_gpu *gpu, const gather_state *state, const gather_grid *grid)
+static void trace_listed(kd_gpu *gpu, const gather_state *state, const gather_grid *grid, bool glossy)
 {
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT | KD_BARRIER_TEXTURE);
     if (state->counts)
         kd_gpu_bind_storage(gpu, 1, state->samples);
     bind_outputs(gpu, 0, grid->diffuse[GRID_TRACED], grid->specular[GRID_TRACED]);
-    kd_gpu_dispatch_indirect(gpu, state->gather_list[state->counts].program, state->list, 0);
+    kd_gpu_dispatch_indirect(gpu, state->tracers.programs[TRACE_LIST][state->counts].program, state->list, 0);
+    if (glossy) {
+        kd_gpu_bind_storage(gpu, 0, state->glossy_list);
+        kd_gpu_dispatch_indirect(gpu, state->tracers.programs[TRACE_GLOSSY_LIST][state->counts].program,
+                                 state->glossy_list, 0);
+    }
     kd_gpu_barrier(gpu, KD_BARRIER_TEXTURE | KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
 }
 
@@ -176,7 +184,7 @@ static void trace_coarse(kd_gpu *gpu, const gather_state *state, struct kd_gathe
     bind_before(gpu, state, coarse);
     bind_outputs(gpu, 0, coarse->diffuse[GRID_TRACED], coarse->specular[GRID_TRACED]);
     dispatch_pixels(gpu, state->pick, coarse->width, coarse->height);
-    trace_listed(gpu, state, coarse);
+    trace_listed(gpu, state, coarse, false);
     smooth_grid(gpu, state, coarse);
 }
 
@@ -192,12 +200,13 @@ static void trace_where_needed(kd_gpu *gpu, const gather_state *state, struct kd
     bind_pass(gpu, params, n, 1);
     begin_list(gpu, state->list, 0);
     begin_list(gpu, state->smooth_items, 1);
+    begin_list(gpu, state->glossy_list, 4);
     bind_before(gpu, state, grid);
     bind_inputs(gpu, coarse->diffuse[GRID_SMOOTH], coarse->specular[GRID_SMOOTH]);
     bind_outputs(gpu, 0, grid->diffuse[GRID_TRACED], grid->specular[GRID_TRACED]);
     bind_outputs(gpu, 2, grid->diffuse[GRID_SMOOTH], grid->specular[GRID_SMOOTH]);
     dispatch_pixels(gpu, state->refine, grid->width, grid->height);
-    trace_listed(gpu, state, grid);
+    trace_listed(gpu, state, grid, glossy != 0);
     bind_inputs(gpu, grid->diffuse[GRID_TRACED], grid->specular[GRID_TRACED]);
     bind_outputs(gpu, 0, grid->diffuse[GRID_SMOOTH], grid->specular[GRID_SMOOTH]);
     kd_gpu_bind_storage(gpu, 0, state->smooth_items);
@@ -214,21 +223,8 @@ static bool fit_refinement(kd_gpu *gpu, gather_state *state, const kd_settings *
     if (grid_fit(gpu, &state->coarse, (grid->width + 1) / 2, (grid->height + 1) / 2))
         state->traced = 0;
     return kd_gpu_fit_work_list(gpu, &state->list, pixels, "gi.refine") == KD_OK &&
+           kd_gpu_fit_work_list(gpu, &state->glossy_list, pixels, "gi.glossy") == KD_OK &&
            kd_gpu_fit_work_list(gpu, &state->smooth_items, pixels, "gi.smooth") == KD_OK;
-}
-
-static bool fit_programs(kd_gpu *gpu, gather_state *state, const kd_tree *tree, int32_t interpolation)
-{
-    static const char *const paths[2][2] = {
-        {"shaders/cone_trace/gather.comp", "shaders/cone_trace/gather_list.comp"},
-        {"shaders/cone_trace/gather_counted.comp", "shaders/cone_trace/gather_list_counted.comp"}};
-    static const char *const variants[] = {[KD_CONES_TRILINEAR] = NULL,
-                                           [KD_CONES_QUADRILINEAR] = "KD_CONES_QUADRILINEAR",
-                                           [KD_CONES_PAPER] = "KD_CONES_PAPER"};
-    const char *variant = variants[interpolation];
-    bool c = state->counts;
-    return tree->radiance.id && kd_tree_fit_variant(gpu, tree, paths[c][0], variant, &state->gather[c]) &&
-           kd_tree_fit_variant(gpu, tree, paths[c][1], variant, &state->gather_list[c]);
 }
 
 /* Begin to count, when that is asked for. */
@@ -287,17 +283,17 @@ static void run(kd_system_context *context)
     uint32_t n = (uint32_t)frame->settings.cones_resolution;
     state->counts = frame->settings.cones_counters || frame->view == KD_VIEW_COST;
     gi->counted = false;
-    if (!fit_programs(gpu, state, tree, frame->settings.cones_interpolation))
+    fit_own_targets(gpu, state, (frame->width + n - 1) / n, (frame->height + n - 1) / n);
+    bool refines = fit_refinement(gpu, state, &frame->settings, &state->grid);
+    if (!tracers_fit(gpu, &state->tracers, tree, &frame->settings, refines, state->counts))
         return;
     fit_targets(gpu, gi, frame->width, frame->height);
     begin_counts(gpu, state, gi);
-    fit_own_targets(gpu, state, (frame->width + n - 1) / n, (frame->height + n - 1) / n);
     struct kd_gather_params params = params_of(&frame->settings, tree, frame->width, frame->height);
     bind_gbuffer(gpu, kd_singleton(w, kd_gbuffer), kd_singleton(w, kd_lighting));
     kd_tree_bind(gpu, tree);
     kd_emitters_bind(gpu, kd_singleton(w, kd_emitters));
     kd_sky_bind(gpu, kd_singleton(w, kd_sky_light));
-    bool refines = fit_refinement(gpu, state, &frame->settings, &state->grid);
     begin_reuse(gpu, w, state, &params);
     make_guide(gpu, state, &params, n);
     if (refines)
@@ -342,10 +338,7 @@ static void fini(kd_system_context *context)
     gather_state *state = context->user;
     kd_gpu *gpu = context->gpu;
     kd_gi_targets *gi = kd_singleton(context->world, kd_gi_targets);
-    for (int i = 0; i < 2; i++) {
-        kd_gpu_destroy_program(gpu, state->gather[i].program);
-        kd_gpu_destroy_program(gpu, state->gather_list[i].program);
-    }
+    tracers_destroy(gpu, &state->tracers);
     kd_gpu_destroy_program(gpu, state->guide);
     kd_gpu_destroy_program(gpu, state->pick);
     kd_gpu_destroy_program(gpu, state->refine);
@@ -357,6 +350,7 @@ static void fini(kd_system_context *context)
     kd_gpu_destroy_texture(gpu, state->normal_depth);
     kd_gpu_destroy_texture(gpu, state->normal_depth_before);
     kd_gpu_destroy_buffer(gpu, state->list);
+    kd_gpu_destroy_buffer(gpu, state->glossy_list);
     kd_gpu_destroy_buffer(gpu, state->smooth_items);
     kd_gpu_destroy_texture(gpu, gi->diffuse);
     kd_gpu_destroy_texture(gpu, gi->specular);
