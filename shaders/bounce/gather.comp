@@ -19,8 +19,13 @@ vec3 to_side(vec3 v, int side)
     return (side & 1) == 0 ? turned : -turned;
 }
 
-// What bounces is spread over all that it lights, so its cones go with longer steps than those of pixels.
+// What bounces is spread over all that it lights, so its cones go with longer steps than those of pixels; not where thin walls
+// must hold.
+#ifdef KD_LEAK_STRICT
+const float LONGER_STEPS = 1.0;
+#else
 const float LONGER_STEPS = 1.4;
+#endif
 
 vec3 gather(vec3 origin, int side, float span, uint variant)
 {
