@@ -158,7 +158,8 @@ static void deep_pictures_are_the_others_with_more_bits(void **state)
     image flat = image_read("flat.png");
     assert_int_equal(count, image_count(flat));
     for (uint32_t i = 0; i < count; i++) {
-        assert_double_near(words[i] / 65535.0, (double)flat.rgb[i], 0.51 / 255 + 1e-4);
+        assert_double_near(words[i] / 65535.0, (double)flat.rgb[i],
+                           0.51 / 255 + 2e-4); /* light is rounded to halfs */
         finer += words[i] % 257 != 0;
     }
     assert_double_above(finer, 0.5 * count);
