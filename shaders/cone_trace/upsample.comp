@@ -40,9 +40,10 @@ void main()
         ivec2 at = min(low + ivec2(i & 1, i >> 1), last);
         corners[i] = corner(at * n, texelFetch(guide_in, at, 0), texelFetch(diffuse_in, at, 0), texelFetch(specular_in, at, 0));
     }
-    for (int i = 0; i < n * n; i++) {
-        ivec2 within = ivec2(i % n, i / n);
+    ivec2 within = ivec2(0);
+    do {
         if (all(lessThan(low * n + within, size)))
             interpolate(low * n + within, within, n, corners);
-    }
+        within = within.x + 1 < n ? within + ivec2(1, 0) : ivec2(0, within.y + 1);
+    } while (within.y < n);
 }
