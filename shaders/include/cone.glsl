@@ -22,7 +22,7 @@ const float CONE_NEAR_WIDTH = 4.0;
 
 // `light.leak=strict`: matter is three times as dense, and a cone goes on until it would add nothing that is seen.
 #ifdef KD_LEAK_STRICT
-const float CONE_LEAST = 0.0001, CONE_DENSITY = 3.0, CONE_CLOSED = CONE_LEAST;
+const float CONE_LEAST = 0.0001, CONE_DENSITY = 3.0, CONE_CLOSED = 0.0;
 #else
 const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0;
 // Light that little gets through to is taken for that of the last sample: a cone then ends in the wall that it meets, and does
