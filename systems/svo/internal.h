@@ -75,9 +75,9 @@ typedef struct svo_state {
     kd_gpu_rank rank;
     kd_gpu_readback readback; /* counters of the frames before, without a stall */
     uint32_t texel_viewed[4]; /* buffers behind kd_tree's texel views */
-    kd_texel_view page_view, next_view, object_view, moving_view, still_view, moved_view;
-    bool dynamic_before; /* there were dynamic voxels in the frame before */
-    uint32_t said;       /* SVO_SAID_*: messages that were written */
+    kd_texel_view page_view, next_view, object_view, moving_view, still_view, moved_view, changes_view;
+    bool dynamic_before;                  /* there were dynamic voxels in the frame before */
+    uint32_t said;                        /* SVO_SAID_*: messages that were written */
     svo_room nodes, sums, fresh, dynamic; /* nodes: leaf parents */
     uint32_t nodes_wanted[KD_MAX_NODE_LEVELS];
     uint32_t still_runs; /* for which nothing has moved */
@@ -191,7 +191,7 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
 void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
 /* changes.c: `changed` when the tree was touched in this frame */
-void svo_note_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo, bool changed);
+void svo_note_changes(kd_gpu *gpu, svo_state *state, kd_svo *svo, bool changed);
 
 /* filter.c: shaders/svo/filter_*.comp */
 void svo_filter(kd_gpu *gpu, const svo_state *state, const kd_svo *svo);

@@ -255,6 +255,7 @@ static void fini(kd_system_context *context)
     kd_texel_view_fini(gpu, &s->moving_view);
     kd_texel_view_fini(gpu, &s->still_view);
     kd_texel_view_fini(gpu, &s->moved_view);
+    kd_texel_view_fini(gpu, &s->changes_view);
     kd_gpu_destroy_readback(gpu, s->readback);
     kd_gpu_rank_fini(gpu, &s->rank);
     svo_destroy(gpu, kd_singleton(context->world, kd_svo));
@@ -302,7 +303,7 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                              {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
                                                KD_USE_COPY_WRITE},
                              {"svo.levels", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},
-                             {"svo.changes", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},
+                             {"svo.changes", KD_USE_STORAGE_WRITE | KD_USE_SAMPLED | KD_USE_COPY_WRITE},
                              {"svo.book", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
                                               KD_USE_COPY_WRITE},
                              {"svo.counters", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_INDIRECT |
