@@ -1,5 +1,6 @@
 #include "runtime/app/picture.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -150,21 +151,74 @@ static kd_status check_finite(const char *path, const app_picture *p)
     return KD_OK;
 }
 
+/* ---- whether a file was written to its end ---- */
+
+static bool png_is_whole(FILE *file)
+{
+    static const char first[8] = "\x89PNG\r\n\x1a\n", last[12] = "\0\0\0\0IEND\xae\x42\x60\x82";
+    char head[sizeof first], end[sizeof last];
+    return fread(head, 1, sizeof head, file) == sizeof head && memcmp(head, first, sizeof head) == 0 &&
+           fseek(file, -(long)sizeof end, SEEK_END) == 0 && fread(end, 1, sizeof end, file) == sizeof end &&
+           memcmp(end, last, sizeof end) == 0;
+}
+
+static uint64_t little_endian(const uint8_t *bytes, int count)
+{
+    uint64_t value = 0;
+    for (int i = count - 1; i >= 0; i--)
+        value = value << 8 | bytes[i];
+    return value;
+}
+
+/* Where the header's attributes end: each is a name, a type, a size and so many bytes. 0: not in these bytes */
+static size_t exr_header_end(const uint8_t *bytes, size_t size)
+{
+    size_t at = 8; /* the format's number and version */
+    while (at < size && bytes[at]) {
+        for (int text = 0; text < 2; text++) {
+            const uint8_t *zero = memchr(bytes + at, 0, size - at);
+            if (!zero)
+                return 0;
+            at = (size_t)(zero - bytes) + 1;
+        }
+        if (size - at < 4)
+            return 0;
+        size_t value = (size_t)little_endian(bytes + at, 4);
+        if (value > size - at - 4)
+            return 0;
+        at += 4 + value;
+    }
+    return at < size ? at + 1 : 0;
+}
+
+/* Behind the header stands a table of where blocks of lines begin, and the first begins behind it. The last one
+ * ends the file: its line and its size, 4 bytes each, and so many bytes. */
+static bool exr_is_whole(FILE *file)
+{
+    static const char first[4] = "\x76\x2f\x31\x01";
+    static uint8_t header[65536];
+    uint8_t row[8];
+    size_t size = fread(header, 1, sizeof header, file);
+    size_t table = size > 8 && memcmp(header, first, sizeof first) == 0 ? exr_header_end(header, size) : 0;
+    if (!table || size - table < 8)
+        return false;
+    uint64_t begin = little_endian(header + table, 8);
+    if (begin < table + 8 || begin > INT32_MAX || fseek(file, (long)begin - 8, SEEK_SET) != 0 ||
+        fread(row, 1, 8, file) != 8)
+        return false;
+    uint64_t last = little_endian(row, 8);
+    if (last < begin || last > (uint64_t)LONG_MAX / 2 || fseek(file, (long)last, SEEK_SET) != 0 ||
+        fread(row, 1, 8, file) != 8)
+        return false;
+    return fseek(file, 0, SEEK_END) == 0 && (uint64_t)ftell(file) == last + 8 + little_endian(row + 4, 4);
+}
+
 bool app_picture_is_whole(const char *path)
 {
-    static const char png_head[8] = "\x89PNG\r\n\x1a\n", exr_head[4] = "\x76\x2f\x31\x01";
-    static const char png_end[12] = "\0\0\0\0IEND\xae\x42\x60\x82";
-    bool exr = kd_path_has_extension(path, ".exr");
-    size_t head_size = exr ? sizeof exr_head : sizeof png_head;
-    char head[8], end[12];
     FILE *file = kd_file_exists(path) ? fopen(path, "rb") : NULL;
     if (!file)
         return false;
-    bool whole = fread(head, 1, head_size, file) == head_size &&
-                 memcmp(head, exr ? exr_head : png_head, head_size) == 0;
-    if (!exr)
-        whole = whole && fseek(file, -(long)sizeof end, SEEK_END) == 0 &&
-                fread(end, 1, sizeof end, file) == sizeof end && memcmp(end, png_end, sizeof end) == 0;
+    bool whole = kd_path_has_extension(path, ".exr") ? exr_is_whole(file) : png_is_whole(file);
     fclose(file);
     return whole;
 }

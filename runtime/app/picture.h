@@ -23,8 +23,8 @@ void app_picture_fini(app_picture *picture);
  * no finite number; one message */
 kd_status app_picture_read(const char *path, app_picture *out);
 
-/** Tell, by its first and last bytes alone, whether a .png or .exr file was written to its end: a .png ends
- * in its last chunk; an .exr has no mark there, its beginning is enough. Writes no message. */
+/** Tell whether a .png or .exr file was written to its end: a .png ends in its last chunk, an .exr (of one part,
+ * as they are written here) where its last block of lines does. Writes no message. Threading: one at a time */
 bool app_picture_is_whole(const char *path);
 
 /** Encode to sRGB bytes, four a texel, which the caller frees; linear ones by exposure and curve. NULL
