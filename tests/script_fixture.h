@@ -92,7 +92,7 @@ static uint32_t fixture_param_count;
 static char fixture_message[2048]; /* the last error */
 static char fixture_said[2048];    /* the last line printed by the scenario */
 static bool (*fixture_stopped)(void *user); /* NULL: nobody stops it */
-static int fixture_errors;
+static int fixture_errors, fixture_infos;
 static char fixture_folder[64];
 static kd_script_spawn fixture_spawned;
 static char fixture_model[4096], fixture_played[64];
@@ -102,6 +102,7 @@ static inline void fixture_sink(void *user, kd_log_level level, const char *text
     (void)user;
     snprintf(level == KD_LOG_ERROR ? fixture_message : fixture_said, sizeof fixture_message, "%s", text);
     fixture_errors += level == KD_LOG_ERROR;
+    fixture_infos += level == KD_LOG_INFO;
 }
 
 static inline kd_status fixture_spawn(void *user, const kd_script_spawn *spawn, kd_entity *out,

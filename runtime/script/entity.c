@@ -329,7 +329,7 @@ void script_set_parent(lua_State *L, kd_entity e, int index)
     }
     kd_status status = kd_set_parent(script_of(L)->world, e, parent);
     if (status == KD_OUT_OF_RANGE)
-        luaL_error(L, "an entity cannot hang below itself; choose another parent");
+        luaL_error(L, "an entity cannot hang below itself, nor more than 65535 deep; choose another parent");
     else if (status != KD_OK)
         luaL_error(L, "out of memory");
 }

@@ -15,6 +15,9 @@
 #include "runtime/core/clock.h"
 #include "runtime/core/log.h"
 
+/* What a line of the log costs in instructions: a step writes some megabytes at most. */
+#define LINE_COST      2000
+#define LINE_COST_BYTE 16
 #define HOOK_PERIOD   200 /* instructions between two looks at the clock: below 1 % of the run time */
 #define BYTES_CHARGED 256 /* allocated bytes that cost as much as one instruction */
 #define GC_PAUSE      400 /* per cent of what lives before Lua looks for garbage: half the work of its 200 */
@@ -222,6 +225,7 @@ static int print_line(lua_State *L)
         luaL_addvalue(&line);
     }
     luaL_pushresult(&line);
+    script_charge(L, LINE_COST + LINE_COST_BYTE * (int64_t)lua_rawlen(L, -1));
     kd_log(KD_LOG_INFO, "%s: %s", script_of(L)->path, script_push_shown(L, lua_gettop(L)));
     return 0;
 }

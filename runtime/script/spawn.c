@@ -32,6 +32,8 @@ void script_host_end(lua_State *L, uint64_t began_ns, kd_status status, const kd
     uint64_t took = kd_clock_ns() - began_ns;
     if (took > LOADING_NS)
         script_of(L)->budget.deadline_ns += took;
+    if (status == KD_OUT_OF_RANGE && !error->text[0])
+        luaL_error(L, "the entity would hang more than 65535 deep; choose a parent further up");
     if (status != KD_OK)
         luaL_error(L, "%s", error->text[0] ? error->text : kd_status_text(status));
 }

@@ -102,6 +102,8 @@ static void exit_codes_and_messages_are_as_promised(void **state)
         {"run copies.lua", 1, "copies.lua:2: more than 250000 entities would be in the scene"},
         {"run copies.lua --set script.entities=9", 1, "more than 9 entities would be in the scene"},
         {"run crowd.lua --set script.entities=99", 1, "crowd.lua:1: more than 99 entities"},
+        {"run deep.lua", 1, "deep.lua:2: the entity would hang more than 65535 deep"},
+        {"run deeper.lua", 1, "deeper.lua:3: an entity cannot hang below itself, nor more than 65535 deep"},
         {"info scene.lua", 2, ".glb"},
     };
     write_file("scene.lua", scene);
@@ -110,6 +112,11 @@ static void exit_codes_and_messages_are_as_promised(void **state)
     write_file("loop.lua", "while true do end\n");
     write_file("copies.lua", "local e = kandil.spawn {}\nfor i = 1, 40 do local top = kandil.spawn {}; "
                              "e.parent = top; e:clone { parent = top }; e = top end\n");
+    write_file("deep.lua",
+               "local e = kandil.spawn {}\nfor i = 1, 65536 do e = kandil.spawn { parent = e } end\n");
+    write_file("deeper.lua",
+               "local e = kandil.spawn {}\nfor i = 1, 65535 do e = kandil.spawn { parent = e } end\n"
+               "kandil.spawn {}.parent = e\n");
     write_file("crowd.lua", "for i = 1, 100 do kandil.spawn {} end\n");
     write_file(
         "shapes.lua",

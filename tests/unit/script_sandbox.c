@@ -293,6 +293,15 @@ static void patterns_match_as_the_manual_says(void **state)
         KD_OK);
 }
 
+/* A log that fills the disk is as good as a loop without end: 50 million instructions at 16 a byte. */
+static void a_step_cannot_flood_the_log(void **state)
+{
+    (void)state;
+    fixture_infos = 0;
+    expect_failure("for i = 1, 1e9 do kandil.log(('x'):rep(1000)) end", "ran for too long");
+    assert_in_range(fixture_infos, 100, 50000000 / 16000);
+}
+
 static bool say_stop(void *user)
 {
     (void)user;
@@ -313,6 +322,7 @@ static void a_host_that_stops_ends_it_without_a_message(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_step_cannot_flood_the_log),
         cmocka_unit_test(a_host_that_stops_ends_it_without_a_message),
         cmocka_unit_test(the_system_is_out_of_reach),
         cmocka_unit_test(endless_work_is_stopped),
