@@ -27,12 +27,31 @@ vec2 material_uv(uint index, vec4 uv)
                 dot(kd_material.uv_transform[index * 2u + 1u].xyz, p));
 }
 
+/* Where drivers filter no maps along long footprints (KD_TAPS): taps along the longer axis, each as wide as the shorter one. */
+vec4 material_filtered(sampler2D map, vec2 uv)
+{
+#ifdef KD_TAPS
+    vec2 size = vec2(textureSize(map, 0)), x = dFdx(uv), y = dFdy(uv);
+    float x_texels = length(x * size), y_texels = length(y * size);
+    bool along_x = x_texels > y_texels;
+    vec2 along = along_x ? x : y, across = along_x ? y : x;
+    float ratio = max(x_texels, y_texels) / max(min(x_texels, y_texels), 1e-6);
+    int taps = x_texels + y_texels > 1.0 ? int(clamp(ceil(ratio), 1.0, float(KD_TAPS))) : 1;
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < taps; i++)
+        sum += textureGrad(map, uv + along * ((float(i) + 0.5) / float(taps) - 0.5), along / float(taps), across);
+    return sum / float(taps);
+#else
+    return texture(map, uv);
+#endif
+}
+
 /* Linear colour and opacity, vertex colour included. */
 vec4 material_base_color(vec4 uv, vec4 vertex_color)
 {
     vec4 c = kd_material.base_color * vertex_color;
 #if (MATERIAL_MAPS & 1)
-    c *= texture(material_base_color_map, material_uv(0u, uv));
+    c *= material_filtered(material_base_color_map, material_uv(0u, uv));
 #endif
     return c;
 }

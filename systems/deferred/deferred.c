@@ -95,14 +95,16 @@ static kd_gpu_program find_program(kd_gpu *gpu, deferred_state *s, uint32_t maps
     if (!s->tried[maps][kind]) {
         char define[32];
         snprintf(define, sizeof define, "MATERIAL_MAPS %u", maps);
-        const char *defines[5] = {define};
+        const char *defines[6] = {define};
         int count = 1;
         if (masked)
             defines[count++] = "MASKED";
         if (s->layered)
             defines[count++] = "LAYERED";
         if (motion)
-            defines[count] = "MOTION";
+            defines[count++] = "MOTION";
+        if (kd_gpu_get_info(gpu)->software && (maps & KD_MAP_BASE_COLOR))
+            defines[count] = "KD_TAPS 4";
         s->programs[maps][kind] =
             kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.vertex = "shaders/deferred/geometry.vert",
                                                             .fragment = "shaders/deferred/geometry.frag",
