@@ -69,7 +69,7 @@ static void print_clips(const kd_model *m)
                m->skins[i].joint_count);
     for (uint32_t i = 0; i < m->clip_count; i++)
         printf("  clip %u '%s': %.3f s, %u channels\n", i, m->clips[i].name ? m->clips[i].name : "",
-               (double)m->clips[i].duration, m->clips[i].channel_count);
+               (double)m->clips[i].duration, m->clips[i].channel_count + m->clips[i].property_count);
 }
 
 static void print_lights_and_cameras(const kd_model *m)
