@@ -31,7 +31,8 @@ void sums_add(uint cell, uint weight, voxel_share v)
     atomicAdd(sums[at + 4u], uint(v.normal.x * int(weight)));
     atomicAdd(sums[at + 5u], uint(v.normal.y * int(weight)));
     atomicAdd(sums[at + 6u], uint(v.normal.z * int(weight)));
-    if (v.emission != uvec3(0u)) {
+    // A loop, since software drivers run a branch that no voxel takes.
+    for (bool glows = v.emission != uvec3(0u); glows; glows = false) {
         atomicAdd(sums[at + 7u], (v.emission.x * weight + 128u) >> 8);
         atomicAdd(sums[at + 8u], (v.emission.y * weight + 128u) >> 8);
         atomicAdd(sums[at + 9u], (v.emission.z * weight + 128u) >> 8);
