@@ -24,10 +24,11 @@
 #include "systems/bounce/sources.h"
 
 /* Every cell has its turn in this many frames while light feeds itself. */
-static const uint32_t TURNS = 4;
+static const uint32_t TURNS = 8;
 
-/* Frames in which every cell gathers after light has begun anew: what is left to come is then a hundredth. */
-static const uint32_t SETTLING = 3;
+/* Frames in which every cell gathers after light has begun anew: what is left to come is then less than a
+ * hundredth. */
+static const uint32_t SETTLING = 6;
 
 typedef struct bounce_state {
     kd_tree_program gather;
