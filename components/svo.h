@@ -36,6 +36,7 @@ typedef struct kd_svo {
     uint32_t mask_words[KD_MAX_NODE_LEVELS];
     uint32_t node_room[KD_MAX_NODE_LEVELS]; /* nodes of level 6 + i that there is room for */
     uint32_t node_capacity;                 /* of the leaf parents */
+    uint32_t leaf_room;                     /* slots of static leaves; those of what moves lie behind them */
     uint32_t sum_capacity;                  /* cells */
     uint32_t dynamic_capacity;              /* leaf parents with dynamic cells */
     uint32_t dynamic_room;                  /* of these in use; ranks beyond have no cells */
@@ -49,8 +50,8 @@ typedef struct kd_svo {
     bool wants_changes;    /* set by whoever reads `changes` */
     kd_gpu_buffer changes; /* "svo.changes" */
     kd_gpu_buffer uniform; /* "tree.uniform": kd_tree_params */
-    kd_gpu_buffer masks;   /* "svo.masks": leaf cells of the static layer */
-    kd_gpu_buffer moving;  /* "svo.masks": those of the dynamic one; its leaf parents, mask and ranks */
+    kd_gpu_buffer masks;   /* "svo.masks": leaf parents with static cells */
+    kd_gpu_buffer moving;  /* "svo.masks": cells of the dynamic layer; its leaf parents, mask and ranks */
     bool glows;            /* there is room for static cells' emission: something glows */
     bool has_moving;       /* there is room for them: something moves, or did lately */
     kd_gpu_buffer heads, next, groups; /* "svo.chains": of the voxels that cover a leaf parent's cells */
@@ -62,8 +63,8 @@ typedef struct kd_svo {
     kd_gpu_buffer book;                /* "svo.book": kd_svo_places */
     kd_gpu_buffer counters;            /* KD_COUNT_*, KD_ARGS_* */
     kd_gpu_buffer sums;                /* of the layer being added up */
-    kd_gpu_buffer static_surface,
-        static_emission;         /* "svo.cells": static cells, eight siblings at a time as leaves are */
+    kd_gpu_buffer static_albedo, static_emission; /* "svo.cells": of static cells, beside their leaves */
+    kd_gpu_buffer taken;         /* numbers of cells while nodes take theirs, eight a leaf parent */
     kd_gpu_buffer dynamic_cells; /* eight a leaf parent, in the order of the parents' mask bits */
     kd_gpu_buffer index, nodes, leaves, data; /* "tree.nodes", "tree.leaves", "tree.data" */
     kd_gpu_texture atlas, depths; /* "tree.radiance": words of the dense levels, shaders/include/atlas.glsl */
@@ -92,6 +93,27 @@ static inline uint32_t kd_svo_data_first(const kd_svo *svo, uint32_t l)
 static inline uint32_t kd_svo_parent_words(const kd_svo *svo)
 {
     return svo->layer_words / 8;
+}
+
+/* Leaf parents in which something moves that there is room for; 0 when nothing does. */
+static inline uint32_t kd_svo_moving_room(const kd_svo *svo)
+{
+    return svo->has_moving ? svo->dynamic_room : 0;
+}
+
+/* Have blocks slots for all eight leaves of a parent? */
+static inline bool kd_svo_wide_blocks(const kd_svo *svo)
+{
+    return svo->leaf_level - KD_DENSE_LOG2 == 1;
+}
+
+/* Slot of leaf k of a block (shaders/include/leaf_block.glsl); KD_EMPTY: there is none. */
+static inline uint32_t kd_svo_block_slot(const kd_svo *svo, uint32_t block, uint32_t k)
+{
+    uint32_t cells = block >> KD_BLOCK_BITS, slot = block & KD_BLOCK_FIRST;
+    for (uint32_t i = 0; i < k; i++)
+        slot += kd_svo_wide_blocks(svo) ? 1 : cells >> i & 1u;
+    return cells >> k & 1u ? slot : KD_EMPTY;
 }
 
 /** Bind the mask and the ranks of the leaf parents in which something moves. */

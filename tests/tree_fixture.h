@@ -122,12 +122,58 @@ static inline void tree_assert_links(const tree_copy *t)
             }
 }
 
+/* Word that leads to the leaves of leaf parent i. */
+static inline uint32_t tree_block(const tree_copy *t, uint32_t i)
+{
+    uint32_t top = t->levels - 1, code = t->codes[top][i], first = t->child_first[top];
+    if (top == 0)
+        return t->nodes[first + tree_dense_place(code)];
+    uint32_t above = t->numbers[top - 1][tree_find(t, top - 1, code >> 3)];
+    return t->nodes[first + above * 8 + (code & 7)];
+}
+
+/* Leaves and static cells, spread out to eight a leaf parent. No two parents share a slot, and all lie where
+ * there is room. */
+static inline void tree_read_leaves(voxel_world *v, tree_copy *t)
+{
+    const kd_svo *svo = voxel_svo(v);
+    uint32_t top = t->levels - 1, room = svo->leaf_room, cap = svo->node_capacity;
+    size_t slots = kd_gpu_buffer_size(voxel_gpu, svo->leaves) / 8;
+    uint32_t *leaves = voxel_read(svo->leaves, 0, slots * 8),
+             *words = voxel_read(svo->book, (size_t)svo->places.blocks.x * 4, (size_t)cap * 4);
+    uint32_t *albedo = voxel_read(svo->static_albedo, 0, (size_t)room * 4);
+    uint32_t *emission = svo->glows ? voxel_read(svo->static_emission, 0, (size_t)room * 8) : calloc(room, 8);
+    uint8_t *taken = calloc(slots, 1);
+    t->leaves = calloc(cap, 64), t->surface = calloc(cap, 64), t->emission = calloc(cap, 64);
+    assert_true(emission && taken && t->leaves && t->surface && t->emission);
+    for (uint32_t i = 0; i < t->count[top]; i++)
+        for (uint32_t k = 0; k < 8; k++) {
+            uint32_t n = t->numbers[top][i], seen = kd_svo_block_slot(svo, tree_block(t, i), k),
+                     slot = kd_svo_block_slot(svo, words[n], k);
+            size_t at = 2 * ((size_t)n * 8 + k);
+            if (slot != KD_EMPTY) {
+                assert_in_range(slot, 0, room - 1);
+                assert_int_equal(taken[slot]++, 0);
+                t->surface[at] = albedo[slot];
+                t->surface[at + 1] = leaves[2 * slot + 1];
+                memcpy(t->emission + at, emission + 2 * slot, 8);
+            }
+            if (seen == KD_EMPTY)
+                continue;
+            assert_in_range(seen, 0, slots - 1);
+            assert_true(seen == slot || (seen >= room && taken[seen]++ == 0));
+            memcpy(t->leaves + at, leaves + 2 * seen, 8);
+        }
+    void *held[] = {leaves, words, albedo, emission, taken};
+    for (size_t i = 0; i < sizeof held / sizeof *held; i++)
+        free(held[i]);
+}
+
 /* Read the tree of this frame; checks that its parts belong together. */
 static inline tree_copy tree_read(voxel_world *v)
 {
     const kd_svo *svo = voxel_svo(v);
     uint32_t levels = svo->leaf_level - KD_DENSE_LOG2;
-    size_t cap = svo->node_capacity;
     tree_copy t = {.levels = levels,
                    .cascades = svo->cascades,
                    .layer_words = svo->layer_words,
@@ -135,13 +181,10 @@ static inline tree_copy tree_read(voxel_world *v)
     for (uint32_t l = 0; l < levels; l++)
         tree_read_level(v, &t, l);
     t.still = voxel_read_mask(v, KD_LAYER_STATIC);
-    t.leaves = voxel_read(svo->leaves, 0, cap * 64);
-    t.surface = voxel_read(svo->static_surface, 0, cap * 64);
-    t.emission = svo->glows ? voxel_read(svo->static_emission, 0, cap * 64) : calloc(cap, 64);
-    assert_non_null(t.emission);
     t.data = voxel_read(svo->data, 0, (size_t)kd_svo_data_first(svo, levels) * 8);
-    t.nodes = voxel_read(svo->nodes, 0, (size_t)kd_svo_nodes_before(svo, 0, levels - 1) * 32);
+    t.nodes = voxel_read(svo->nodes, 0, kd_gpu_buffer_size(voxel_gpu, svo->nodes));
     t.index = voxel_read(svo->index, 0, (size_t)svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE * 4);
+    tree_read_leaves(v, &t);
     t.atlas_words = (size_t)KD_DENSE * KD_DENSE * KD_ATLAS_SLICES(svo->cascades, 6);
     t.depth_words = (size_t)KD_DENSE * KD_DENSE * KD_ATLAS_SLICES(svo->cascades, 2);
     t.atlas = malloc(t.atlas_words * 4);

@@ -214,16 +214,32 @@ static inline void *voxel_read(kd_gpu_buffer buffer, size_t offset, size_t bytes
     return out;
 }
 
-/* Masks of both layers, joined when `out` is wanted so. */
+/* Cells of the static layer, from the words of its blocks. */
+static inline void voxel_put_static(voxel_world *v, uint32_t *mask)
+{
+    const kd_svo *svo = voxel_svo(v);
+    uint32_t top = kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2;
+    size_t bytes = (size_t)svo->node_capacity * 4;
+    uint32_t *codes = voxel_read(svo->book, (size_t)(&svo->places.codes.x)[top] * 4, bytes);
+    uint32_t *blocks = voxel_read(svo->book, (size_t)svo->places.blocks.x * 4, bytes);
+    for (uint32_t n = 0; n < svo->node_capacity; n++)
+        if (codes[n] != KD_EMPTY)
+            mask[codes[n] >> 2] |= blocks[n] >> KD_BLOCK_BITS << (8 * (codes[n] & 3));
+    free(codes);
+    free(blocks);
+}
+
+/* Cells of a layer. */
 static inline uint32_t *voxel_read_mask(voxel_world *v, int layer)
 {
     const kd_svo *svo = voxel_svo(v);
-    size_t bytes = (size_t)svo->layer_words * 4;
-    if (layer == KD_LAYER_STATIC || svo->has_moving)
-        return voxel_read(layer == KD_LAYER_STATIC ? svo->masks : svo->moving, 0, bytes);
-    uint32_t *none = calloc(svo->layer_words, 4);
-    assert_non_null(none);
-    return none;
+    if (layer == KD_LAYER_DYNAMIC && svo->has_moving)
+        return voxel_read(svo->moving, 0, (size_t)svo->layer_words * 4);
+    uint32_t *mask = calloc(svo->layer_words, 4);
+    assert_non_null(mask);
+    if (layer == KD_LAYER_STATIC)
+        voxel_put_static(v, mask);
+    return mask;
 }
 
 static inline uint32_t *voxel_read_union(voxel_world *v)
@@ -291,8 +307,9 @@ static inline voxel_capture voxel_read_source(voxel_world *v)
         c.source.layers[l].segments = c.held[at++] =
             voxel_read(pages->segments, 0, slots * sizeof(struct kd_voxel_segment));
         c.source.layers[l].voxels = c.held[at++] =
-            l == KD_LAYER_STATIC ? voxel_read_static(v)
-                                 : voxel_read(pages->voxels, 0, (size_t)slots * KD_SEGMENT_VOXELS * KD_PAGE_WORDS * 4);
+            l == KD_LAYER_STATIC
+                ? voxel_read_static(v)
+                : voxel_read(pages->voxels, 0, (size_t)slots * KD_SEGMENT_VOXELS * KD_PAGE_WORDS * 4);
     }
     c.source.objects = c.held[at++] =
         voxel_read(scene->object_params, 0, scene->object_count * sizeof(struct kd_voxel_object_params));

@@ -27,6 +27,8 @@ cell_attributes leaf_attributes(int c, ivec3 cell)
 {
     cell = tree_wrap(c, 0, cell);
     uint parent = tree_parent(c, 0, cell), bit = cascade_first_bit(uint(c)) + morton_encode(uvec3(cell));
-    uint slot = (parent == KD_EMPTY ? 0u : parent * 8u) + uint(tree_octant(cell, 0));
-    return cell_load(slot, bit, params.tree.x, params.tree.y);
+    cell_parent p = cell_parent(bit >> 3, 0u, KD_EMPTY);
+    if (parent != KD_EMPTY)
+        p = cell_parent_of(parent, bit >> 3, params.tree.x, params.tree.y);
+    return cell_load(p, bit & 7u);
 }

@@ -18,7 +18,7 @@ cell_attributes cell_attributes_unpack(uvec4 w)
     a.normal = unpackSnorm4x8(w.y).xyz;
     a.double_sided = float(w.x >> 30) / 3.0;
     a.emission = vec3(w.z & 511u, (w.z >> 9) & 511u, (w.z >> 18) & 511u) * (exp2(-float(w.z >> 27)) / 511.0);
-    a.weight = (w.y >> 24) + 1u;
+    a.weight = ((w.y >> 24 & 127u) * 512u + 127u) / 254u;
     a.area = float(w.w) / (256.0 * KD_AREA_ONE);
     return a;
 }

@@ -1,6 +1,6 @@
 // Sums of a cell to attributes of 16 bytes (cell_attributes.glsl unpacks them):
-// albedo 3 x 10 bits, share of double-sided voxels 2 bits | normal 3 x snorm8, weight 8 bits: 1 … 256, what is more counts as
-// that | emission 3 x 9 bits, halvings 5 | area of what glows 16 bits. The last two are 0 where nothing glows.
+// albedo 3 x 10 bits, share of double-sided voxels 2 bits | normal 3 x snorm8, weight 7 bits: 127 a whole voxel or more of them,
+// double-sided 1 bit: as a leaf has it (tree_node.glsl) | emission 3 x 9 bits, halvings 5 | area of what glows 16 bits. The last two are 0 where nothing glows.
 // In integers throughout: every driver makes the same bytes, and so does systems/svo/reference.c.
 
 #include "shaders/shared/voxel.h"
@@ -24,9 +24,10 @@ uint mean_signed(int sum, uint weight)
 uvec2 cell_pack_surface(uint weight, uvec3 albedo, ivec3 normal, uint double_sided)
 {
     weight = max(weight, 1u);
-    return uvec2(mean(albedo.x, weight) | mean(albedo.y, weight) << 10 | mean(albedo.z, weight) << 20 | mean(double_sided * 3u, weight) << 30,
+    uint both_sides = mean(double_sided * 3u, weight), covers = max((min(weight, 256u) * 127u + 128u) >> 8, 1u);
+    return uvec2(mean(albedo.x, weight) | mean(albedo.y, weight) << 10 | mean(albedo.z, weight) << 20 | both_sides << 30,
                  mean_signed(normal.x, weight) | mean_signed(normal.y, weight) << 8 | mean_signed(normal.z, weight) << 16 |
-                     (min(weight, 256u) - 1u) << 24);
+                     covers << 24 | (both_sides >> 1) << 31);
 }
 
 // One shared scale keeps dim emission next to bright.

@@ -31,6 +31,19 @@ uint find_node(uint level, uint code)
     return number;
 }
 
+// Place of the word that leads to the leaves of a leaf parent, beside that which leads to the parent itself.
+uint block_place(uint above, uint code)
+{
+    uint last = places.size.y - 1u;
+    return places.child[last] + (last == 0u ? dense_place(code) : above * 8u + (code & 7u));
+}
+
+// The same, found from above. level: of the leaf parents, which must be there
+uint find_block_place(uint level, uint code)
+{
+    return block_place(level == 0u ? 0u : find_node(level - 1u, code >> 3), code);
+}
+
 // What a node's parent, or the dense cell that it is, shows has changed. `parent` is a number, for level 2 and below.
 void change_above(uint level, uint code, uint parent)
 {

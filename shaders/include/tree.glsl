@@ -10,6 +10,8 @@
 
 #include "shaders/include/tree_params.glsl"
 #include "shaders/include/tree_node.glsl"
+#define KD_BLOCK_WIDE (KD_SPARSE_LEVELS == 1)
+#include "shaders/include/leaf_block.glsl"
 
 layout(binding = KD_UNIT_TREE_RADIANCE) uniform sampler3D tree_atlas;
 layout(binding = KD_UNIT_TREE_DEPTH) uniform sampler3D tree_depths;
@@ -36,10 +38,15 @@ ivec3 tree_wrap(int c, int level, ivec3 cell)
     return (cell + (tree.origin[c].xyz >> level)) & ((tree_resolution() >> level) - 1);
 }
 
+int tree_dense_place(int c, ivec3 cell)
+{
+    return ((c * KD_DENSE + cell.z) * KD_DENSE + cell.y) * KD_DENSE + cell.x;
+}
+
 // Node of a (wrapped) dense cell, KD_EMPTY when there is nothing in it.
 uint tree_dense_node(int c, ivec3 cell)
 {
-    return texelFetch(tree_index, ((c * KD_DENSE + cell.z) * KD_DENSE + cell.y) * KD_DENSE + cell.x).r;
+    return texelFetch(tree_index, tree_dense_place(c, cell)).r;
 }
 
 int tree_octant(ivec3 cell, int shift)
@@ -62,11 +69,24 @@ uint tree_parent(int c, int level, ivec3 cell)
     return node;
 }
 
+// Block of the leaves in a (wrapped) cell twice as large.
+uint tree_leaf_block(int c, ivec3 cell)
+{
+    int first = int(tree.node_offset[KD_SPARSE_LEVELS - 1]);
+#if KD_SPARSE_LEVELS == 1
+    return texelFetch(tree_nodes, first + tree_dense_place(c, cell)).r;
+#else
+    uint above = tree_parent(c, 1, cell);
+    return above == KD_EMPTY ? 0u : texelFetch(tree_nodes, first + int(above) * 8 + tree_octant(cell, 0)).r;
+#endif
+}
+
 uvec2 tree_fetch_leaf(int c, ivec3 cell)
 {
     cell = tree_wrap(c, 0, cell);
-    uint parent = tree_parent(c, 0, cell);
-    return parent == KD_EMPTY ? uvec2(0u) : texelFetch(tree_leaves, int(parent) * 8 + tree_octant(cell, 0)).rg;
+    uint block = tree_leaf_block(c, cell >> 1), k = uint(tree_octant(cell, 0));
+    bool there = KD_BLOCK_WIDE ? block != 0u : block_has(block, k);
+    return there ? texelFetch(tree_leaves, int(block_slot(block, k))).rg : uvec2(0u);
 }
 
 // Node of a (wrapped) cell of sparse level 1 … KD_SPARSE_LEVELS - 1, or KD_EMPTY.

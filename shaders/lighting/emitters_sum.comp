@@ -44,12 +44,12 @@ void add(uint at, cell_attributes a, uvec3 cell)
     atomicAdd(sums[at + 14u], uint(round(area * KD_EMITTER_AREA_ONE)));
 }
 
-// Cells of a block that may glow, a bit each: those that move, and those at rest that were seen to.
-uint cells_to_ask(cell_block block, uint first)
+// Cells of a parent that may glow, a bit each: those that move, and those at rest that were seen to.
+uint cells_to_ask(cell_parent parent)
 {
-    uint bits = block.moving;
+    uint bits = cells_moving(parent);
     for (uint k = 0u; k < 8u; k++)
-        bits |= static_emission[first + k].x != 0u ? block.resting & (1u << k) : 0u;
+        bits |= block_has(parent.block, k) && static_emission[block_slot(parent.block, k)].x != 0u ? 1u << k : 0u;
     return bits;
 }
 
@@ -61,8 +61,8 @@ void main()
     uint code = book[places.codes[pass.x] + parent];
     if (code == KD_EMPTY)
         return;
-    cell_block block = cell_block_of(code, pass.y, pass.z);
-    uint bits = cells_to_ask(block, parent * 8u);
+    cell_parent p = cell_parent_of(parent, code, pass.y, pass.z);
+    uint bits = cells_to_ask(p);
     if (bits == 0u)
         return;
     uint c = (code * 8u) >> (3u * tree.info.z);
@@ -72,7 +72,7 @@ void main()
     uint at = ((c * uint(KD_EMITTER_BLOCKS) + of.z) * uint(KD_EMITTER_BLOCKS) + of.y) * uint(KD_EMITTER_BLOCKS) + of.x;
     do {
         uint k = uint(findLSB(bits));
-        cell_attributes a = cell_of_block(block, parent * 8u, k);
+        cell_attributes a = cell_load(p, k);
         if (a.weight != 0u && any(greaterThan(a.emission, vec3(0.0))))
             add(at * KD_EMITTER_WORDS, a, within + (uvec3(k, k >> 1, k >> 2) & 1u));
         bits &= bits - 1u;

@@ -5,6 +5,8 @@
 // Source: Crassin 2011 and Yalciner 2016, section 3.3.3 (injection into leaves), here for lights of all kinds.
 layout(local_size_x = 64) in;
 
+#define KD_LEAVES_ACCESS
+
 #include "shaders/include/linear.glsl"
 #include "shaders/include/tree_params.glsl"
 #include "shaders/include/svo_book.glsl"
@@ -16,7 +18,6 @@ layout(local_size_x = 64) in;
 #include "shaders/include/emitters_params.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
-layout(std430, binding = 6) buffer leaves_block { uvec2 leaves[]; };
 layout(binding = KD_UNIT_BOUNCE) uniform usamplerBuffer entries;                  // shaders/shared/bounce.h
 
 // Where a leaf's light arrives.
@@ -111,19 +112,18 @@ uvec2 leaf_of(cell_attributes a, lit_leaf l, vec3 sides[6])
 }
 
 // Leaves of a parent that hold something, or did. Returns a bit each.
-uint leaves_to_do(uint first, cell_block block)
+uint leaves_to_do(cell_parent parent)
 {
-    uint bits = block.resting | block.moving;
-    for (uint k = 0u; k < 8u; k++)
-        bits |= uint(leaves[first + k] != uvec2(0u)) << k;
+    uint bits = parent.block >> KD_BLOCK_BITS | cells_moving(parent);
+    for (uint k = 0u; k < 8u && parent.rank != KD_EMPTY; k++)
+        bits |= uint(leaves[cell_slot(parent, k)] != uvec2(0u)) << k;
     return bits;
 }
 
 // Returns whether any of the leaves has changed.
-bool light_leaves(uint code, uint first)
+bool light_leaves(cell_parent parent)
 {
-    cell_block block = cell_block_of(code, pass.y, pass.z);
-    uint bits = leaves_to_do(first, block), c = (code * 8u) >> (3u * tree.info.z);
+    uint code = parent.code, bits = leaves_to_do(parent), c = (code * 8u) >> (3u * tree.info.z);
     if (bits == 0u)
         return false;
     ivec3 low = cell_unwrap(c, morton_decode((code * 8u) & ((1u << (3u * tree.info.z)) - 1u)));
@@ -133,11 +133,12 @@ bool light_leaves(uint code, uint first)
     bool changed = false;
     do {
         uint k = uint(findLSB(bits));
-        cell_attributes a = cell_of_block(block, first, k);
+        uint slot = cell_slot(parent, k);
+        cell_attributes a = cell_load(parent, k);
         vec3 p_ws = tree.cascade[c].xyz + (vec3(low + (ivec3(k, k >> 1, k >> 2) & 1)) + 0.5) * span;
         uvec2 leaf = a.weight != 0u ? leaf_of(a, lit_leaf_of(a, p_ws, span), sides) : uvec2(0u);
-        if (leaf != leaves[first + k]) {
-            leaves[first + k] = leaf;
+        if (leaf != leaves[slot]) {
+            leaves[slot] = leaf;
             changed = true;
         }
         bits &= bits - 1u;
@@ -151,7 +152,7 @@ void main()
     if (parent >= min(counters[KD_COUNT_HIGH], places.size.x))
         return;
     uint code = book[places.codes[pass.x] + parent];
-    if (code == KD_EMPTY || !light_leaves(code, parent * 8u))
+    if (code == KD_EMPTY || !light_leaves(cell_parent_of(parent, code, pass.y, pass.z)))
         return;
     if (pass.x == 0u)
         book_change_dense(code);

@@ -145,10 +145,16 @@ struct kd_svo_places {
     uvec4 words;         /* x: list of mask words in which nodes go or come, y: bits of cells above the outermost cascade that hold something, z: list of those to be filtered, w: list of mask words with touched leaf parents */
     uvec4 size;          /* x: leaf parents that there is room for, y: levels, z: words of a layer's mask, w: cascades */
     uvec4 room;          /* nodes of the levels that there is room for */
-    uvec4 child;         /* of the levels: first word of their nodes' child words in the node table */
-    /* ---- 160 */
+    uvec4 child;         /* of the levels: first word of their nodes' child words in the node table; of the last: of words that lead to leaves */
+    uvec4 blocks;        /* x: words of static blocks by number of the leaf parent, y: lists of free blocks, one a size 1 … 8, z: room of each, w: slots of static leaves */
+    /* ---- 176 */
 };
-KD_LAYOUT_CHECK(kd_svo_places, 160)
+KD_LAYOUT_CHECK(kd_svo_places, 176)
+/* A block's word, shaders/include/leaf_block.glsl. */
+#define KD_BLOCK_FIRST 0xFFFFFFu
+#define KD_BLOCK_WAITS 0xFFFFFFu /* in place of the first: its cells have no slots yet */
+#define KD_BLOCK_BITS 24
+#define KD_FREE_BLOCKS 4096u /* of each size that are kept on a list, a cascade */
 #define KD_DENSE_WORDS 8192u      /* bits of the dense cells of a cascade */
 #define KD_UP_CELLS 32768u        /* dense cells of a cascade that the next finer one fills */
 
@@ -168,6 +174,7 @@ KD_LAYOUT_CHECK(kd_svo_places, 160)
 #define KD_COUNT_FREE 24        /* + level: free numbers */
 #define KD_COUNT_HIGH 28        /* one more than the highest number that a leaf parent ever had */
 #define KD_COUNT_AWAY 29        /* 1 when nodes stayed away for want of numbers */
+#define KD_COUNT_TOP 30         /* slots of static leaves that have been taken, but for what lies on lists of free blocks */
 #define KD_COUNT_TRANSIENT 32
 #define KD_COUNT_TOUCHED 32     /* leaf parents in which the static layer was built anew, or the dynamic one is or was */
 #define KD_COUNT_CHANGED 33     /* + level: length of the lists of what is to be filtered */
@@ -183,7 +190,11 @@ KD_LAYOUT_CHECK(kd_svo_places, 160)
 #define KD_ARGS_TOUCHED 67      /* over the leaves of the touched ones */
 #define KD_ARGS_DYNAMIC 70      /* over the leaf parents with dynamic cells */
 #define KD_ARGS_LIST 73         /* over the list at hand */
-#define KD_COUNT_WORDS 76
+#define KD_COUNT_CELLS 76       /* + cascade: static cells */
+#define KD_COUNT_BLOCKS 79      /* + size 1 … 8: free blocks, those that found no room on their list too */
+#define KD_COUNT_WANTED 87      /* + size: blocks that are wanted in this frame */
+#define KD_COUNT_GOT 95         /* + size: that were asked for */
+#define KD_COUNT_WORDS 104
 
 #include "shaders/shared/layout_end.h"
 

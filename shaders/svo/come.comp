@@ -19,11 +19,18 @@ void come(uint level, uint code, uint number)
     else
         nodes[child_place(level, parent, code)] = number;
     book[places.codes[level] + number] = code;
-    if (level + 1u < places.size.y)
+    if (level + 1u < places.size.y) {
         for (uint k = 0u; k < 8u; k++)
             nodes[child_place(level + 1u, number, k)] = KD_EMPTY;
-    else if (counters[KD_COUNT_HIGH] <= number)
-        atomicMax(counters[KD_COUNT_HIGH], number + 1u);
+    } else {
+        book[places.blocks.x + number] = 0u;
+        nodes[block_place(parent, code)] = 0u;
+        if (counters[KD_COUNT_HIGH] <= number)
+            atomicMax(counters[KD_COUNT_HIGH], number + 1u);
+    }
+    if (level + 2u == places.size.y)
+        for (uint k = 0u; k < 8u; k++)
+            nodes[block_place(number, k)] = 0u;
     change_above(level, code, parent);
     if (level > 0u)
         book_change_node(level, number);

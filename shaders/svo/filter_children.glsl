@@ -2,6 +2,7 @@
 
 #include "shaders/include/tree_params.glsl"
 #include "shaders/include/tree_node.glsl"
+#include "shaders/include/leaf_block.glsl"
 
 layout(std430, binding = 2) readonly buffer leaves_block { uvec2 leaves[]; };
 layout(std430, binding = 5) buffer data_block { uvec2 data[]; };
@@ -14,10 +15,10 @@ void load_nothing()
         child[i] = node_value(vec3(0.0), float[6](0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
 }
 
-void load_leaves(uint node)
+void load_leaves(uint block)
 {
     for (uint i = 0u; i < 8u; i++)
-        child[i] = node_of_leaf(leaves[node * 8u + i]);
+        child[i] = node_of_leaf(block_has(block, i) ? leaves[block_slot(block, i)] : uvec2(0u));
 }
 
 void load_nodes(uint node, uint first_slot, uint first_data)

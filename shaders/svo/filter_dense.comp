@@ -19,7 +19,7 @@ void main()
     if (number == KD_EMPTY)
         load_nothing();
     else if (below.x != 0u)
-        load_leaves(number);
+        load_leaves(nodes[block_place(0u, code)]);
     else
         load_nodes(number, below.y, below.z);
     ivec3 cell = ivec3(morton_decode(code & ((1u << (3 * KD_DENSE_LOG2)) - 1u)));

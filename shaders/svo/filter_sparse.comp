@@ -17,8 +17,9 @@ void main()
     uint number = book[places.list[level] + entry], code = book[places.codes[level] + number];
     if (code == KD_EMPTY)
         return;
+    uint parent = find_node(level - 1u, code >> 3);
     if (below.x != 0u)
-        load_leaves(number);
+        load_leaves(nodes[block_place(parent, code)]);
     else
         load_nodes(number, below.y, below.z);
     node_value n;
@@ -35,5 +36,5 @@ void main()
     if (word == data[pass.z + number])
         return;
     data[pass.z + number] = word;
-    change_above(level, code, level > 1u ? find_node(level - 1u, code >> 3) : KD_EMPTY);
+    change_above(level, code, parent);
 }

@@ -6,25 +6,12 @@ layout(local_size_x = 64) in;
 #include "shaders/include/linear.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 layers; }; // x: words of parents, y: first of their mask, w: bits of its words; layers.x: 0 when nothing moves
-layout(binding = 1) uniform usamplerBuffer still;  // rgba32ui: words of the static layer's cells
-layout(binding = 2) uniform usamplerBuffer before; // rgba32ui: the words of `moved`
+layout(binding = 1) uniform usamplerBuffer still;  // rgba32ui: the words of the static layer's parents
+layout(binding = 2) uniform usamplerBuffer before; // rgba32ui: from pass.x on parents that moved in the frame before
 layout(std430, binding = 2) buffer diff_block { uint diff[]; };
 layout(std430, binding = 3) buffer parents_block { uint parents[]; };
-layout(std430, binding = 4) buffer moved_block { uint moved[]; }; // from pass.x on: parents with dynamic cells, here from the frame before
 
 #include "shaders/svo/merge.glsl"
-
-// One word from eight words of static cells.
-uint parents_still(uint word)
-{
-    uint joined = 0u;
-    for (uint half_word = 0u; half_word < 2u; half_word++) {
-        uvec4 cells = texelFetch(still, int(word * 2u + half_word));
-        for (uint i = 0u; i < 4u; i++)
-            joined |= parents_of(cells[i]) << (16u * half_word + 4u * i);
-    }
-    return joined;
-}
 
 void main()
 {
@@ -33,11 +20,10 @@ void main()
         return;
     uvec4 moves = layers.x != 0u ? four_parents_dynamic(n) : uvec4(0u), did = texelFetch(before, int(pass.x / 4u + n));
     uvec4 either = counters[KD_COUNT_AWAY] != 0u ? uvec4(1u) : moves | did; // there may be room now for nodes that stayed away
+    uvec4 joined = texelFetch(still, int(n)) | moves;
     uint work = uint(either.x != 0u) | uint(either.y != 0u) << 1 | uint(either.z != 0u) << 2 | uint(either.w != 0u) << 3;
     for (; work != 0u; work &= work - 1u) {
-        uint k = uint(findLSB(work)), word = n * 4u + k;
-        put_parents(word, parents_still(word) | moves[k]);
-        if (moves[k] != did[k])
-            moved[pass.x + word] = moves[k];
+        uint k = uint(findLSB(work));
+        put_parents(n * 4u + k, joined[k]);
     }
 }

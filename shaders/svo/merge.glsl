@@ -7,14 +7,6 @@ uvec4 four_parents_dynamic(uint four_words) { return texelFetch(moving, int(plac
 
 uint parents_dynamic(uint word) { return four_parents_dynamic(word >> 2)[word & 3u]; }
 
-uint parents_of(uint cells)
-{
-    uint four = 0u;
-    for (uint k = 0u; k < 4u; k++)
-        four |= uint(((cells >> (8u * k)) & 255u) != 0u) << k;
-    return four;
-}
-
 // Writes a word of leaf parents, and notes when it is not what it was.
 void put_parents(uint word, uint joined)
 {

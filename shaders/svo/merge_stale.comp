@@ -1,6 +1,6 @@
 // First step up the tree, where the static layer is built anew. One invocation a stale patch: a word of leaf parents, which is
-// eight words of cells in Morton order. Brings what was built anew into the static mask, reduces eight cells to one bit of
-// their parent, joins the dynamic layer's parents, and lists words with touched parents.
+// eight words of cells in Morton order. Reduces eight cells that were built anew to one bit of their parent, joins the dynamic
+// layer's parents, and lists words with touched parents.
 layout(local_size_x = 64) in;
 
 #include "shaders/include/svo_book.glsl"
@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 layers; }; // x: patches, y: first word of the parents' mask, z: sparse levels, w: bits of its words; layers.x: 0 when nothing moves
 layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
-layout(std430, binding = 1) buffer static_block { uint mask_static[]; };
+layout(std430, binding = 1) buffer static_block { uint parents_static[]; }; // bits of parents
 layout(std430, binding = 2) buffer diff_block { uint diff[]; };
 layout(std430, binding = 3) buffer parents_block { uint parents[]; };
 layout(std430, binding = 4) writeonly buffer touched_block { uint touched[]; }; // bits of parents, of listed words alone
@@ -24,8 +24,16 @@ uint bytes_of(uint four)
     return ones * 255u;
 }
 
-// Cells of a word that lie in stale bricks. `levels`: from the dense cells down to the level of the word.
-uint stale_cells(uint levels, uint word)
+uint parents_of(uint cells)
+{
+    uint four = 0u;
+    for (uint k = 0u; k < 4u; k++)
+        four |= uint(((cells >> (8u * k)) & 255u) != 0u) << k;
+    return four;
+}
+
+// Parents of a word that lie in stale bricks. `levels`: from the dense cells down to theirs.
+uint stale_parents(uint levels, uint word)
 {
     if (levels == 0u)
         return stale[stale_at.bits + word];
@@ -35,26 +43,18 @@ uint stale_cells(uint levels, uint word)
     return (stale[stale_at.bits + (brick >> 5)] >> (brick & 31u) & 1u) != 0u ? KD_EMPTY : 0u;
 }
 
-uint load_static(uint at, uint fresh_at)
-{
-    uint before = mask_static[at], now = (before & ~stale_cells(pass.z, at)) | fresh[fresh_at];
-    if (now != before) {
-        mask_static[at] = now;
-        atomicAdd(counters[KD_COUNT_STATIC], uint(bitCount(now)) - uint(bitCount(before)));
-    }
-    return now;
-}
-
 void main()
 {
     uint n = linear_index();
     if (n >= pass.x)
         return;
-    uint word = stale[stale_at.patches + n], joined = layers.x != 0u ? parents_dynamic(word) : 0u;
+    uint word = stale[stale_at.patches + n], touch = stale_parents(pass.z - 1u, word), still = parents_static[word] & ~touch;
     for (uint i = 0u; i < 8u; i++)
-        joined |= parents_of(load_static(word * 8u + i, n * 8u + i)) << (4u * i);
+        still |= parents_of(fresh[n * 8u + i]) << (4u * i);
+    parents_static[word] = still;
+    uint joined = still | (layers.x != 0u ? parents_dynamic(word) : 0u);
     put_parents(word, joined);
-    uint touch = stale_cells(pass.z - 1u, word) & joined;
+    touch &= joined;
     if (touch == 0u)
         return;
     touched[word] = touch;

@@ -1,14 +1,14 @@
 // Tables of a tree whose nodes take their numbers while voxels come (builds `atomic` and `levels`). Number n of a level is the
-// n-th that was asked for; where there are none left the nodes stay away. While the build runs the first word of a leaf holds the
-// number of its cell in the sums.
+// n-th that was asked for; where there are none left the nodes stay away. While the build runs a table of eight words a leaf parent
+// holds the numbers of the cells in the sums.
 
 #include "shaders/include/svo_find.glsl"
 
-layout(std430, binding = 5) KD_FIND_ACCESS buffer leaves_block { uint leaf_words[]; };
+layout(std430, binding = 5) KD_FIND_ACCESS buffer slots_block { uint leaf_words[]; };
 
 uint taken_leaf_place(uint number, uint code)
 {
-    return 2u * (number * 8u + (code & 7u));
+    return number * 8u + (code & 7u);
 }
 
 uint taken_number(uint level)

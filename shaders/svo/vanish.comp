@@ -2,6 +2,7 @@
 layout(local_size_x = 64) in;
 
 #include "shaders/include/svo_find.glsl"
+#include "shaders/include/svo_blocks.glsl"
 #include "shaders/include/linear.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // y: level
@@ -21,6 +22,11 @@ void vanish(uint level, uint code, uint rank)
         place = child_place(level, parent, code);
         number = nodes[place];
         nodes[place] = KD_EMPTY;
+    }
+    if (level + 1u == places.size.y) {
+        block_give_back(book[places.blocks.x + number]);
+        block_count_cells(code, 0u, block_count(book[places.blocks.x + number]));
+        nodes[block_place(parent, code)] = 0u;
     }
     book[places.codes[level] + number] = KD_EMPTY;
     book[places.free[level] + counters[KD_COUNT_FREE + level] + rank] = number;

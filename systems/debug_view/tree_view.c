@@ -15,11 +15,14 @@ typedef struct tree_view {
 
 static void bind_cells(kd_gpu *gpu, const kd_svo *svo)
 {
-    kd_gpu_bind_storage(gpu, 1, svo->masks);
+    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 1, svo->leaves);
     kd_gpu_bind_storage(gpu, 2, svo->moving);
-    kd_gpu_bind_storage(gpu, 3, svo->static_surface);
+    kd_gpu_bind_storage(gpu, 3, svo->static_albedo);
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
     kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
 }
 
 static bool shows_attributes(const kd_frame *frame)
@@ -41,9 +44,6 @@ static void add_up(kd_gpu *gpu, const tree_view *v, const kd_svo *svo)
 {
     kd_gpu_fill_buffer(gpu, v->sums, 0, kd_gpu_buffer_size(gpu, v->sums), 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
-    kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_dispatch_linear(gpu, v->means.program, (svo->node_capacity + 63) / 64);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
@@ -126,7 +126,7 @@ kd_status debug_view_add_tree(kd_schedule *s)
                                   .resources = {{"tree.uniform", KD_USE_UNIFORM},
                                                 {"tree.radiance", KD_USE_SAMPLED},
                                                 {"tree.nodes", KD_USE_SAMPLED},
-                                                {"tree.leaves", KD_USE_SAMPLED},
+                                                {"tree.leaves", KD_USE_SAMPLED | KD_USE_STORAGE_READ},
                                                 {"tree.data", KD_USE_SAMPLED},
                                                 {"svo.masks", KD_USE_STORAGE_READ},
                                                 {"svo.cells", KD_USE_STORAGE_READ},

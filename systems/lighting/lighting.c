@@ -44,9 +44,9 @@ void lighting_bind_leaves(kd_gpu *gpu, const kd_svo *svo)
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage(gpu, 1, svo->masks);
+    kd_gpu_bind_storage(gpu, 1, svo->leaves);
     kd_gpu_bind_storage(gpu, 2, svo->moving);
-    kd_gpu_bind_storage(gpu, 3, svo->static_surface);
+    kd_gpu_bind_storage(gpu, 3, svo->static_albedo);
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
     kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);
     kd_gpu_bind_storage(gpu, 7, svo->book);
@@ -64,7 +64,7 @@ static void inject(kd_system_context *context, bool send_out)
         return;
     uint32_t pass[8] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2,
                         svo->layer_words,
-                        svo->dynamic_room,
+                        kd_svo_moving_room(svo),
                         0,
                         bounce->frame,
                         send_out ? bounce->period * KD_BOUNCE_MAX_TURNS : 0,
@@ -76,7 +76,6 @@ static void inject(kd_system_context *context, bool send_out)
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
     kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
-    kd_gpu_bind_storage(gpu, 6, svo->leaves);
     kd_gpu_bind_texture(gpu, KD_UNIT_BOUNCE, bounce->view);
     kd_gpu_dispatch_indirect(gpu, find_program(gpu, state, lighting), svo->counters, KD_ARGS_ALL * 4);
 }

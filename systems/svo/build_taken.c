@@ -13,7 +13,7 @@ void svo_bind_taken(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene)
     kd_gpu_bind_storage(gpu, 2, pages->voxels);
     kd_gpu_bind_storage(gpu, 3, svo->index);
     kd_gpu_bind_storage(gpu, 4, svo->nodes);
-    kd_gpu_bind_storage(gpu, 5, svo->leaves);
+    kd_gpu_bind_storage(gpu, 5, svo->taken);
     kd_gpu_bind_storage(gpu, 6, svo->sums);
     kd_gpu_bind_storage(gpu, 7, svo->book);
 }
@@ -49,12 +49,17 @@ static void finish(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 1, KD_ARGS_ALL);
     svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 8, KD_ARGS_LIST);
+    kd_gpu_bind_storage(gpu, 3, svo->index);
+    kd_gpu_bind_storage(gpu, 4, svo->nodes);
+    kd_gpu_bind_storage(gpu, 5, svo->taken);
     kd_gpu_bind_uniform(gpu, 0, pack, sizeof pack);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_TAKEN_BLOCKS], (svo->node_capacity + 63) / 64);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_bind_storage(gpu, 1, svo->sums);
-    kd_gpu_bind_storage(gpu, 2, svo->leaves);
-    kd_gpu_bind_storage(gpu, 3, svo->static_surface);
+    kd_gpu_bind_storage(gpu, 2, svo->taken);
+    kd_gpu_bind_storage(gpu, 3, svo->static_albedo);
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
-    kd_gpu_bind_storage(gpu, 5, svo->masks);
+    kd_gpu_bind_storage(gpu, 5, svo->leaves);
     kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_dispatch_indirect(gpu, state->programs[SVO_TAKEN_PACK], svo->counters, KD_ARGS_LIST * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
@@ -65,7 +70,6 @@ static void make_once(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
 {
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_DYNAMIC * 4, 4, 0);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_NEED * 4, KD_MAX_NODE_LEVELS * 4, 0);
-    kd_gpu_fill_buffer(gpu, svo->masks, 0, (size_t)svo->layer_words * 4, 0);
     svo_empty_sums(gpu, svo, svo->dynamic_room);
     if (scene->pages[KD_LAYER_DYNAMIC].segment_count)
         fill(gpu, state, svo, scene);
@@ -83,10 +87,14 @@ static kd_status reserve(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_vo
     state->nodes.wanted = state->nodes_wanted[svo_levels(svo) - 1];
     state->sums.wanted = (uint32_t)(cells < most_cells ? cells : most_cells);
     kd_status nodes_made = svo_reserve_nodes(gpu, svo, state->nodes_wanted);
-    kd_status sums_made = svo_reserve_sums(gpu, svo, state->sums.wanted);
+    kd_status cells_made = svo_reserve_sums(gpu, svo, state->sums.wanted);
+    state->leaves.wanted = kd_svo_wide_blocks(svo) ? 8 * state->nodes.wanted : state->sums.wanted;
+    if (!cells_made)
+        cells_made = svo_reserve_leaves(
+            gpu, svo, kd_svo_wide_blocks(svo) ? 8ull * svo->node_capacity : svo->sum_capacity);
     svo->dynamic_room = svo->sum_capacity;
     svo_write_params(gpu, svo, scene);
-    return nodes_made ? nodes_made : sums_made;
+    return nodes_made ? nodes_made : cells_made;
 }
 
 /* Twice the room where there was too little; false when all had room, or no more is to be had. Asked in every
@@ -131,6 +139,12 @@ void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     if (pages->changed)
         reserve_for(gpu, state, svo, scene, pages->voxel_count);
     do {
+        if (kd_gpu_ensure_buffer(gpu, &svo->taken, (size_t)svo->node_capacity * 32, 0, "svo.taken") !=
+            KD_OK) {
+            kd_log(KD_LOG_WARNING, "octree: no memory for the cells of %u nodes; the tree stays as it is",
+                   svo->node_capacity);
+            return;
+        }
         svo_empty_nodes(gpu, state, svo);
         make_once(gpu, state, svo, scene, fill);
     } while (grow(gpu, state, svo, scene));

@@ -45,7 +45,7 @@ static void cut_dynamic(kd_gpu *gpu, kd_svo *svo, const svo_room *room)
 
 /* ---- nodes: they get the ranks of their codes as new numbers ---- */
 
-enum { LEAVES, SURFACE, EMISSION, NODES, DATA, BOOK, PARTS };
+enum { NODES, DATA, BOOK, PARTS };
 
 typedef struct smaller {
     kd_gpu_buffer made[PARTS], moved_from;
@@ -55,8 +55,7 @@ typedef struct smaller {
 
 static void held(kd_svo *svo, kd_gpu_buffer *out[PARTS])
 {
-    kd_gpu_buffer *parts[PARTS] = {&svo->leaves, &svo->static_surface, &svo->static_emission,
-                                   &svo->nodes,  &svo->data,           &svo->book};
+    kd_gpu_buffer *parts[PARTS] = {&svo->nodes, &svo->data, &svo->book};
     for (int i = 0; i < PARTS; i++)
         out[i] = parts[i];
 }
@@ -64,19 +63,14 @@ static void held(kd_svo *svo, kd_gpu_buffer *out[PARTS])
 /* `s`: with its room. */
 static bool make_smaller(kd_gpu *gpu, const kd_svo *svo, smaller *s)
 {
-    static const char *const names[PARTS] = {"tree.leaves", "svo.static_surface", "svo.static_emission",
-                                             "tree.nodes",  "tree.data",          "svo.book"};
-    uint32_t levels = svo_levels(svo), top = levels - 1;
+    static const char *const names[PARTS] = {"tree.nodes", "tree.data", "svo.book"};
+    uint32_t levels = svo_levels(svo);
     s->places = svo->places;
     size_t book = (size_t)svo_place_nodes(svo, &s->places, s->room) * 4, most = 0;
     for (uint32_t l = 0; l < levels; l++)
         most = s->room[l] > most ? s->room[l] : most;
-    const size_t sizes[PARTS] = {[LEAVES] = s->room[top] * 64ul,
-                                 [SURFACE] = s->room[top] * 64ul,
-                                 [EMISSION] = svo_emission_bytes(svo, s->room[top]),
-                                 [NODES] = svo_rows(s->room, 0, top) * 32,
-                                 [DATA] = svo_rows(s->room, 1, levels) * 8,
-                                 [BOOK] = book};
+    const size_t sizes[PARTS] = {
+        [NODES] = svo_node_bytes(svo, s->room), [DATA] = svo_rows(s->room, 1, levels) * 8, [BOOK] = book};
     bool all = true;
     for (int i = 0; i < PARTS; i++) {
         s->made[i] = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = sizes[i], .name = names[i]});
@@ -98,17 +92,19 @@ static void move_rows(kd_gpu *gpu, const svo_state *state, const smaller *s, kd_
                            (uint32_t)(((uint64_t)pass[0] * pass[1] + 63) / 64));
 }
 
-/* What belongs to the nodes of a level: leaves and static cells, or the words of children; filtered data. */
+/* What belongs to the nodes of a level: the words of children, those that lead to their leaves, or the word
+ * of a static block; filtered data. */
 static void move_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const smaller *s, uint32_t l,
                        uint32_t count)
 {
-    bool leaf_parent = l + 1 == svo_levels(svo);
-    const kd_gpu_buffer leaf_parts[] = {svo->leaves, svo->static_surface, svo->static_emission};
-    for (int i = LEAVES; leaf_parent && i <= (svo->glows ? EMISSION : SURFACE); i++)
-        move_rows(gpu, state, s, leaf_parts[i], s->made[i], (uint32_t[4]){16, count, 0, 0});
-    if (!leaf_parent)
-        move_rows(gpu, state, s, svo->nodes, s->made[NODES],
-                  (uint32_t[4]){8, count, (&svo->places.child.x)[l], (&s->places.child.x)[l]});
+    const uint32_t *from = &svo->places.child.x, *to = &s->places.child.x, top = svo_levels(svo) - 1;
+    if (l < top)
+        move_rows(gpu, state, s, svo->nodes, s->made[NODES], (uint32_t[4]){8, count, from[l], to[l]});
+    else
+        move_rows(gpu, state, s, svo->book, s->made[BOOK],
+                  (uint32_t[4]){1, count, svo->places.blocks.x, s->places.blocks.x});
+    if (l + 1 == top)
+        move_rows(gpu, state, s, svo->nodes, s->made[NODES], (uint32_t[4]){8, count, from[top], to[top]});
     uint32_t first = l > 1 ? (uint32_t)svo_rows(s->room, 1, l) : 0;
     if (l > 0)
         move_rows(gpu, state, s, svo->data, s->made[DATA],
@@ -185,6 +181,8 @@ static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo)
     if (all) {
         kd_gpu_fill_buffer(gpu, s.made[BOOK], 0, kd_gpu_buffer_size(gpu, s.made[BOOK]), 0);
         kd_gpu_copy_buffer(gpu, svo->book, 0, s.made[BOOK], 0, svo_fixed_book_bytes(svo));
+        if (svo_levels(svo) == 1) /* words beside those of dense cells, which stay */
+            kd_gpu_copy_buffer(gpu, svo->nodes, 0, s.made[NODES], 0, kd_gpu_buffer_size(gpu, svo->nodes));
     }
     for (uint32_t l = svo_levels(svo); all && l-- > 0;) {
         kd_gpu_fill_buffer(gpu, s.made[BOOK], (size_t)(&s.places.codes.x)[l] * 4, s.room[l] * 4ul, KD_EMPTY);
@@ -215,6 +213,10 @@ void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sc
         cut_nodes(gpu, state, svo);
         svo_write_params(gpu, svo, scene);
     }
+    uint32_t leaves = state->leaves.wanted + state->leaves.wanted / SVO_SPARE + 1024;
+    if (spare(&state->leaves, svo->leaf_room) &&
+        svo_gather_blocks(gpu, state, svo, leaves > LEAST ? leaves : LEAST) == KD_OK)
+        svo_write_params(gpu, svo, scene);
     if (spare(&state->sums, svo->sum_capacity))
         cut(gpu, &svo->sums, &svo->sum_capacity, &state->sums, KD_SUM_WORDS * 4, "svo.sums");
     if (spare(&state->fresh, svo->fresh_words) && !scene->static_changed)

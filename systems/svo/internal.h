@@ -24,6 +24,12 @@ typedef enum svo_program {
     SVO_SETTLE,
     SVO_EMPTY,
     SVO_TOUCHED,
+    SVO_RELEASE_BLOCKS,
+    SVO_TAKE_BLOCKS,
+    SVO_SETTLE_BLOCKS,
+    SVO_SHOW_BLOCKS,
+    SVO_SHOW_MOVING,
+    SVO_GATHER_BLOCKS,
     SVO_ARGS,
     SVO_FILTER_SPARSE,
     SVO_DENSE_LIST,
@@ -31,6 +37,7 @@ typedef enum svo_program {
     SVO_FILTER_UP,
     SVO_ABOVE_LIST,
     SVO_CHANGES,
+    SVO_STILL_CELLS,
     SVO_RENUMBER,
     SVO_MOVE,
     SVO_FILTER_ABOVE,
@@ -40,6 +47,7 @@ typedef enum svo_program {
     SVO_TAKEN_LEVEL,
     SVO_TAKEN_LIST,
     SVO_TAKEN_SETTLE,
+    SVO_TAKEN_BLOCKS,
     SVO_TAKEN_PACK,
     SVO_PROGRAM_COUNT
 } svo_program;
@@ -52,7 +60,8 @@ enum {
     SVO_SAID_TAKEN = 8,
     SVO_SAID_MOVING = 16,
     SVO_SAID_GLOW = 32,
-    SVO_SAID_CHAINS = 64
+    SVO_SAID_CHAINS = 64,
+    SVO_SAID_LEAVES = 128
 };
 #define svo_say_once(state, what, ...)                                                                       \
     do {                                                                                                     \
@@ -75,10 +84,10 @@ typedef struct svo_state {
     kd_gpu_rank rank;
     kd_gpu_readback readback; /* counters of the frames before, without a stall */
     uint32_t texel_viewed[4]; /* buffers behind kd_tree's texel views */
-    kd_texel_view page_view, next_view, object_view, moving_view, still_view, moved_view, changes_view;
-    bool dynamic_before;                  /* there were dynamic voxels in the frame before */
-    uint32_t said;                        /* SVO_SAID_*: messages that were written */
-    svo_room nodes, sums, fresh, dynamic; /* nodes: leaf parents */
+    kd_texel_view page_view, next_view, object_view, moving_view, still_view, moved_view;
+    bool dynamic_before;                          /* there were dynamic voxels in the frame before */
+    uint32_t said;                                /* SVO_SAID_*: messages that were written */
+    svo_room nodes, sums, fresh, dynamic, leaves; /* nodes: leaf parents; leaves: of what stands still */
     uint32_t nodes_wanted[KD_MAX_NODE_LEVELS];
     uint32_t still_runs; /* for which nothing has moved */
     uint64_t bytes_build;
@@ -127,6 +136,9 @@ kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words);
 void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
 /** Places of everything that depends on the number of nodes; returns the size of the book in words. */
+/** Size of the node table with so much room. */
+size_t svo_node_bytes(const kd_svo *svo, const uint32_t *room);
+
 uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *places, const uint32_t *room);
 size_t svo_fixed_book_bytes(const kd_svo *svo);
 
@@ -141,9 +153,9 @@ void svo_view(kd_gpu *gpu, uint32_t *viewed, kd_gpu_texture *texture, kd_gpu_buf
 void svo_publish(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
                  kd_tree *tree);
 
-static inline size_t svo_emission_bytes(const kd_svo *svo, uint32_t nodes)
+static inline size_t svo_emission_bytes(const kd_svo *svo, uint32_t leaves)
 {
-    return svo->glows ? (size_t)nodes * 64 : 4;
+    return svo->glows ? (size_t)leaves * 8 : 4;
 }
 
 static inline uint32_t svo_levels(const kd_svo *svo)
@@ -151,8 +163,7 @@ static inline uint32_t svo_levels(const kd_svo *svo)
     return svo->leaf_level - KD_DENSE_LOG2;
 }
 
-/** Nodes of one level for which there may be room: the leaves are the largest of the arrays, with 64 bytes
- * for the eight of a node. */
+/** Nodes of one level for which there may be room: eight leaves of each fit the largest array. */
 static inline uint32_t svo_most_nodes(const kd_svo *svo)
 {
     return (uint32_t)(svo->most_bytes / 64) / 32 * 32;
@@ -186,12 +197,22 @@ void svo_empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells);
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_build_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
+/* blocks.c: places of leaves */
+
+/** Make room for static leaves, for those of what moves behind them, or for both; leaves stay, `_reserve_`
+ * forgets them; `_gather_` moves all blocks together. Errors KD_GPU: as it was */
+kd_status svo_reserve_leaves(kd_gpu *gpu, kd_svo *svo, uint64_t leaves);
+kd_status svo_fit_leaves(kd_gpu *gpu, kd_svo *svo);
+kd_status svo_gather_blocks(kd_gpu *gpu, const svo_state *state, kd_svo *svo, uint32_t room);
+/** Blocks for static cells that come anew, and what leads to the leaves of all touched parents. */
+void svo_build_blocks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+
 /* nodes.c: levels above the cells */
 void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
 /* changes.c: `changed` when the tree was touched in this frame */
-void svo_note_changes(kd_gpu *gpu, svo_state *state, kd_svo *svo, bool changed);
+void svo_note_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo, bool changed);
 
 /* filter.c: shaders/svo/filter_*.comp */
 void svo_filter(kd_gpu *gpu, const svo_state *state, const kd_svo *svo);

@@ -184,10 +184,11 @@ static void pack_static(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, 
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->sums);
     kd_gpu_bind_storage(gpu, 2, svo->fresh);
-    kd_gpu_bind_storage(gpu, 3, svo->static_surface);
+    kd_gpu_bind_storage(gpu, 3, svo->static_albedo);
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
     kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
     kd_gpu_bind_storage(gpu, 5, scene->stale);
+    kd_gpu_bind_storage(gpu, 6, svo->leaves);
     kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_dispatch_indirect(gpu, state->programs[SVO_PACK_STATIC], svo->counters, KD_ARGS_TOUCHED * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);

@@ -44,6 +44,10 @@ void svo_empty_nodes(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
     kd_gpu_fill_buffer(gpu, masks, 0, kd_gpu_buffer_size(gpu, masks), 0);
     kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_NODES * 4, 16 * 4, 0);
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_TOP * 4, 4, 0);
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_CELLS * 4, (KD_COUNT_WORDS - KD_COUNT_CELLS) * 4, 0);
+    size_t blocks = (size_t)(&svo->places.child.x)[svo_levels(svo) - 1] * 4;
+    kd_gpu_fill_buffer(gpu, svo->nodes, blocks, kd_gpu_buffer_size(gpu, svo->nodes) - blocks, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
     bind_book(gpu, svo);
@@ -59,6 +63,7 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_TRANSIENT * 4,
                        (KD_COUNT_TRANSIENT_END - KD_COUNT_TRANSIENT) * 4, 0);
+    kd_gpu_fill_buffer(gpu, svo->counters, (KD_COUNT_WANTED + 1) * 4, 16 * 4, 0);
     if (scene->moved) /* what is above the outermost cascade is counted from its corner */
         kd_gpu_fill_buffer(gpu, svo->counters, (KD_COUNT_UP + svo->cascades) * 4, 4, 1);
     kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.others.y * 4, dense_bytes(svo), 0);

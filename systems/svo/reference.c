@@ -206,11 +206,11 @@ static uint32_t pack_area(uint32_t area, uint32_t emissive, uint32_t shared_by)
 
 static void pack_cell(const uint32_t sum[KD_SUM_WORDS], uint32_t cell[4])
 {
-    uint32_t weight = sum[0] ? sum[0] : 1;
+    uint32_t weight = sum[0] ? sum[0] : 1, covers = ((weight < 256 ? weight : 256) * 127 + 128) >> 8;
     cell[0] = mean(sum[1], weight) | mean(sum[2], weight) << 10 | mean(sum[3], weight) << 20 |
               mean(sum[10] * 3, weight) << 30;
     cell[1] = mean_signed(sum[4], weight) | mean_signed(sum[5], weight) << 8 |
-              mean_signed(sum[6], weight) << 16 | ((weight < 256 ? weight : 256) - 1) << 24;
+              mean_signed(sum[6], weight) << 16 | (covers ? covers : 1) << 24 | cell[0] >> 31 << 31;
     uint32_t shared_by = emission_weight(sum[0], sum[11]);
     cell[2] = pack_emission(sum + 7, shared_by);
     cell[3] = pack_area(sum[12], sum[11], shared_by);

@@ -26,12 +26,13 @@ static void place_cells(kd_svo *svo)
     p->list.x = p->words.x =
         p->words.z + KD_UP_CELLS; /* the filter's list, and before it two of the build's */
     p->words.w = p->words.x + parts;
+    p->blocks.z = n * KD_FREE_BLOCKS;
 }
 
 size_t svo_fixed_book_bytes(const kd_svo *svo)
 {
     size_t dense = (size_t)svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE, parts = svo->layer_words / 8;
-    return 4 * (svo->places.list.x + (dense > 2 * parts ? dense : 2 * parts));
+    return 4 * (svo->places.list.x + (dense > 2 * parts ? dense : 2 * parts) + 8 * svo->places.blocks.z);
 }
 
 uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, const uint32_t *room)
@@ -41,8 +42,10 @@ uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, const uint3
     uint32_t *child = &p->child.x, words = 0;
     memcpy(&p->room, room, levels * sizeof *room);
     p->size.x = room[levels - 1];
-    p->others.w = at;
-    at += p->size.x;
+    p->blocks.y = at - 8 * p->blocks.z;
+    p->blocks.x = at;
+    p->others.w = at + p->size.x;
+    at += 2 * p->size.x;
     for (uint32_t l = 0; l < levels; words += 8 * room[l], at += 2 * room[l], l++) {
         child[l] = words;
         codes[l] = at;
@@ -64,7 +67,7 @@ static kd_status make_buffers(kd_gpu *gpu, kd_svo *svo, uint32_t level_words)
         const char *name;
     } rows[] = {
         {&svo->uniform, sizeof(struct kd_tree_params), "tree.uniform"},
-        {&svo->masks, layer, "svo.masks"},
+        {&svo->masks, top, "svo.masks"},
         {&svo->moving, 4, "svo.moving"},
         {&svo->level_masks[0], (size_t)level_words * 4, "svo.level_masks"},
         {&svo->level_masks[1], (size_t)level_words * 4, "svo.level_masks"},
@@ -123,6 +126,8 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
     kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);
     status = svo_reserve_nodes(gpu, svo, (uint32_t[KD_MAX_NODE_LEVELS]){4096, 4096, 4096, 4096});
     if (!status)
+        status = svo_reserve_leaves(gpu, svo, 4096);
+    if (!status)
         status = svo_reserve_sums(gpu, svo, 4096);
     if (!status)
         status = svo_reserve_fresh(gpu, svo, 4096);
@@ -132,11 +137,12 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 {
     kd_gpu_buffer buffers[] = {
-        svo->changes,        svo->uniform,        svo->masks,   svo->moving,         svo->fresh,
-        svo->level_masks[0], svo->level_masks[1], svo->touched, svo->diff,           svo->diff_ranks,
-        svo->book,           svo->counters,       svo->sums,    svo->static_surface, svo->static_emission,
-        svo->dynamic_cells,  svo->heads,          svo->next,    svo->groups,         svo->index,
-        svo->nodes,          svo->leaves,         svo->data};
+        svo->changes,       svo->uniform,        svo->masks,          svo->moving,
+        svo->fresh,         svo->level_masks[0], svo->level_masks[1], svo->touched,
+        svo->diff,          svo->diff_ranks,     svo->book,           svo->counters,
+        svo->sums,          svo->static_albedo,  svo->taken,          svo->static_emission,
+        svo->dynamic_cells, svo->heads,          svo->next,           svo->groups,
+        svo->index,         svo->nodes,          svo->leaves,         svo->data};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         kd_gpu_destroy_buffer(gpu, buffers[i]);
     kd_gpu_texture textures[] = {svo->atlas_view, svo->atlas, svo->depths_view, svo->depths};
@@ -147,8 +153,8 @@ void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 
 /* ---- room for nodes: what is there moves along ---- */
 
-/* A table of rows of `stride` bytes for the nodes of levels `first` … end - 1, with the rows of the old one
- * where `room` has them. */
+/* A table of rows of `stride` bytes for the nodes of levels `first` … end - 1, with the rows of the old one.
+ */
 static kd_gpu_buffer grown(kd_gpu *gpu, const kd_svo *svo, kd_gpu_buffer old, const uint32_t *room,
                            uint32_t first, uint32_t end, size_t stride, const char *name)
 {
@@ -161,6 +167,31 @@ static kd_gpu_buffer grown(kd_gpu *gpu, const kd_svo *svo, kd_gpu_buffer old, co
         from += svo->node_room[l] * stride;
         to += room[l] * stride;
     }
+    return made;
+}
+
+size_t svo_node_bytes(const kd_svo *svo, const uint32_t *room)
+{
+    uint32_t top = svo_levels(svo) - 1;
+    size_t dense = (size_t)svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE;
+    return top == 0 ? dense * 4 : (svo_rows(room, 0, top) + room[top - 1]) * 32;
+}
+
+/* Words that lead to nodes, and behind them those that lead to leaves, one beside each of the last level's.
+ */
+static kd_gpu_buffer grown_nodes(kd_gpu *gpu, const kd_svo *svo, const uint32_t *room)
+{
+    uint32_t top = svo_levels(svo) - 1;
+    kd_gpu_buffer made = kd_gpu_make_buffer(
+        gpu, &(kd_gpu_buffer_desc){.size = svo_node_bytes(svo, room), .zeroed = true, .name = "tree.nodes"});
+    size_t from = 0, to = 0, last = 0;
+    if (!svo->nodes.id || !made.id)
+        return made;
+    for (uint32_t l = 0; l < top; from += last, to += room[l] * 32ul, l++) {
+        last = svo->node_room[l] * 32ul;
+        kd_gpu_copy_buffer(gpu, svo->nodes, from, made, to, last);
+    }
+    kd_gpu_copy_buffer(gpu, svo->nodes, from, made, to, top == 0 ? svo_node_bytes(svo, room) : last);
     return made;
 }
 
@@ -192,8 +223,10 @@ static kd_status grow_book(kd_gpu *gpu, const kd_svo *svo, const struct kd_svo_p
     size_t fixed = svo_fixed_book_bytes(svo);
     kd_status status = KD_OK;
     kd_gpu_fill_buffer(gpu, book, 0, kd_gpu_buffer_size(gpu, book), 0);
-    if (svo->node_capacity)
+    if (svo->node_capacity) { /* what is fixed, then words of static blocks */
         kd_gpu_copy_buffer(gpu, svo->book, 0, book, 0, fixed);
+        kd_gpu_copy_buffer(gpu, svo->book, fixed, book, fixed, (size_t)svo->node_capacity * 4);
+    }
     for (uint32_t l = 0; l < svo_levels(svo) && !status; l++) {
         size_t at = (size_t)(&p->codes.x)[l] * 4, old = (size_t)svo->node_room[l] * 4;
         kd_gpu_fill_buffer(gpu, book, at, (size_t)(&p->room.x)[l] * 4, KD_EMPTY);
@@ -220,22 +253,16 @@ kd_status svo_reserve_nodes(kd_gpu *gpu, kd_svo *svo, const uint32_t *wanted)
     struct kd_svo_places places = svo->places;
     size_t book_bytes = (size_t)svo_place_nodes(svo, &places, room) * 4;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
-    kd_gpu_buffer *held[] = {&svo->leaves, &svo->static_surface, &svo->static_emission,
-                             &svo->nodes,  &svo->data,           &svo->book};
-    const kd_gpu_buffer none = {0};
+    kd_gpu_buffer *held[] = {&svo->nodes, &svo->data, &svo->book};
     kd_gpu_buffer made[] = {
-        grown(gpu, svo, svo->leaves, room, top, levels, 64, "tree.leaves"),
-        grown(gpu, svo, svo->static_surface, room, top, levels, 64, "svo.static_surface"),
-        svo->glows ? grown(gpu, svo, svo->static_emission, room, top, levels, 64, "svo.static_emission")
-                   : grown(gpu, svo, none, room, 0, 0, 4, "svo.static_emission"),
-        grown(gpu, svo, svo->nodes, room, 0, top, 32, "tree.nodes"),
+        grown_nodes(gpu, svo, room),
         grown(gpu, svo, svo->data, room, 1, levels, 8, "tree.data"),
         kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = book_bytes, .name = "svo.book"}),
     };
     bool all = true;
     for (size_t i = 0; i < sizeof made / sizeof *made; i++)
         all = all && made[i].id;
-    kd_status status = all ? grow_book(gpu, svo, &places, made[5]) : KD_GPU;
+    kd_status status = all ? grow_book(gpu, svo, &places, made[2]) : KD_GPU;
     for (size_t i = 0; i < sizeof made / sizeof *made; i++) {
         kd_gpu_destroy_buffer(gpu, status ? made[i] : *held[i]);
         if (!status)
@@ -278,7 +305,7 @@ kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted)
         return KD_OK;
     svo->glows = wanted;
     kd_status status =
-        make_buffer(gpu, &made, svo_emission_bytes(svo, svo->node_capacity), "svo.static_emission");
+        make_buffer(gpu, &made, svo_emission_bytes(svo, svo->leaf_room), "svo.static_emission");
     svo->glows = status ? !wanted : wanted;
     if (status)
         return status;

@@ -25,6 +25,12 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_SETTLE] = "shaders/svo/settle.comp",
     [SVO_EMPTY] = "shaders/svo/empty.comp",
     [SVO_TOUCHED] = "shaders/svo/touched.comp",
+    [SVO_RELEASE_BLOCKS] = "shaders/svo/release_blocks.comp",
+    [SVO_TAKE_BLOCKS] = "shaders/svo/take_blocks.comp",
+    [SVO_SETTLE_BLOCKS] = "shaders/svo/settle_blocks.comp",
+    [SVO_SHOW_BLOCKS] = "shaders/svo/show_blocks.comp",
+    [SVO_SHOW_MOVING] = "shaders/svo/show_moving.comp",
+    [SVO_GATHER_BLOCKS] = "shaders/svo/gather_blocks.comp",
     [SVO_ARGS] = "shaders/svo/args.comp",
     [SVO_FILTER_SPARSE] = "shaders/svo/filter_sparse.comp",
     [SVO_DENSE_LIST] = "shaders/svo/dense_list.comp",
@@ -32,6 +38,7 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_FILTER_UP] = "shaders/svo/filter_up.comp",
     [SVO_ABOVE_LIST] = "shaders/svo/above_list.comp",
     [SVO_CHANGES] = "shaders/svo/changes.comp",
+    [SVO_STILL_CELLS] = "shaders/svo/still_cells.comp",
     [SVO_RENUMBER] = "shaders/svo/renumber.comp",
     [SVO_MOVE] = "shaders/svo/move.comp",
     [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
@@ -40,6 +47,7 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_TAKEN_LEVEL] = "shaders/svo/taken_level.comp",
     [SVO_TAKEN_LIST] = "shaders/svo/taken_list.comp",
     [SVO_TAKEN_SETTLE] = "shaders/svo/taken_settle.comp",
+    [SVO_TAKEN_BLOCKS] = "shaders/svo/taken_blocks.comp",
     [SVO_TAKEN_PACK] = "shaders/svo/taken_pack.comp",
 };
 
@@ -134,23 +142,25 @@ uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter)
 }
 
 /* What a cascade has whether or not anything is in it: dense cells in six directions and their index, the
- * bits of both layers' cells and of all levels, and the ranks of leaf parents in which something moves. */
+ * bits of all levels, of the dynamic layer's cells, and the ranks of leaf parents in which something moves.
+ */
 static uint64_t empty_cascade_bytes(const kd_svo *svo)
 {
-    const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE, bits = svo->has_moving ? 18 : 8;
+    const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE, bits = svo->has_moving ? 11 : 1;
     uint64_t parts = svo->layer_words / svo->cascades / 8, list = cells > 2 * parts ? cells : 2 * parts;
-    uint64_t words = (bits + 4) * parts;
+    uint64_t words = (bits + 4) * parts + 8 * KD_FREE_BLOCKS;
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         words += 2ull * (svo->mask_words[l] / svo->cascades);
-    return cells * (6u * 4 + 2u * 4 + 4) + words * 4 + (3ull * KD_DENSE_WORDS + KD_UP_CELLS + list) * 4;
+    return cells * (6u * 4 + 2u * 4 + (svo_levels(svo) == 1 ? 8 : 4)) + words * 4 +
+           (3ull * KD_DENSE_WORDS + KD_UP_CELLS + list) * 4;
 }
 
-/* Bytes of a node: number, code and place in lists, its child words or leaves with their static cells, and
- * below the dense level its filtered data. */
+/* Bytes of a node: number, code and place in lists; its child words, and those that lead to leaves, or the
+ * word of its block; below the dense level its filtered data. */
 static uint64_t node_bytes(const kd_svo *svo, uint32_t l)
 {
-    bool leaf_parent = l + 1 == svo_levels(svo);
-    return 2 * 4 + (l > 0 ? 8u + 4u : 0u) + (leaf_parent ? 8u * (svo->glows ? 24 : 16) + 4 : 8u * 4);
+    uint32_t last = svo_levels(svo) - 1, words = l == last ? 2 : l + 1 == last ? 16 : 8;
+    return 2 * 4 + (l > 0 ? 8u + 4u : 0u) + words * 4;
 }
 
 static void spread_counts(const kd_svo *svo, const uint32_t *counts, kd_tree *tree)
@@ -164,6 +174,8 @@ static void spread_counts(const kd_svo *svo, const uint32_t *counts, kd_tree *tr
             tree->cascade_nodes[c] += nodes;
             tree->cascade_bytes[c] += nodes * node_bytes(svo, l);
         }
+        uint64_t slots = kd_svo_wide_blocks(svo) ? 8 * tree->cascade_nodes[c] : counts[KD_COUNT_CELLS + c];
+        tree->cascade_bytes[c] += slots * (svo->glows ? 20 : 12);
         tree->node_count += tree->cascade_nodes[c];
     }
 }
@@ -255,7 +267,6 @@ static void fini(kd_system_context *context)
     kd_texel_view_fini(gpu, &s->moving_view);
     kd_texel_view_fini(gpu, &s->still_view);
     kd_texel_view_fini(gpu, &s->moved_view);
-    kd_texel_view_fini(gpu, &s->changes_view);
     kd_gpu_destroy_readback(gpu, s->readback);
     kd_gpu_rank_fini(gpu, &s->rank);
     svo_destroy(gpu, kd_singleton(context->world, kd_svo));
@@ -303,7 +314,8 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                              {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
                                                KD_USE_COPY_WRITE},
                              {"svo.levels", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},
-                             {"svo.changes", KD_USE_STORAGE_WRITE | KD_USE_SAMPLED | KD_USE_COPY_WRITE},
+                             {"svo.changes", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
+                                                 KD_USE_COPY_WRITE},
                              {"svo.book", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
                                               KD_USE_COPY_WRITE},
                              {"svo.counters", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_INDIRECT |

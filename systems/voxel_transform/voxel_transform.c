@@ -66,8 +66,10 @@ static kd_status cull_static(kd_gpu *gpu, const transform_state *state, kd_voxel
 static void mark_static(kd_gpu *gpu, const transform_state *state, kd_voxel_scene *scene, const kd_svo *svo)
 {
     kd_gpu_fill_buffer(gpu, svo->fresh, 0, (size_t)scene->stale_patch_count * 32, 0);
-    if (!scene->pages[KD_LAYER_STATIC].segment_count)
+    if (!scene->pages[KD_LAYER_STATIC].segment_count) { /* nothing is there any more */
+        number_patches(gpu, state, scene);
         return;
+    }
     if (cull_static(gpu, state, scene) != KD_OK) {
         kd_log(KD_LOG_WARNING, "voxel transform: no memory to list static voxels; some are left out");
         return;

@@ -62,32 +62,32 @@ static const dump_column leaf_columns[] = {
 
 /* All that leaves are made of, read back. */
 typedef struct leaf_source {
-    uint32_t *masks, *moving, *codes, *surface, *emission, *cells, *leaves;
+    uint32_t *blocks, *moving, *codes, *albedo, *emission, *cells, *leaves;
     bool glows; /* otherwise there is no emission */
 } leaf_source;
 
 static void free_leaves(leaf_source *s)
 {
-    uint32_t *held[] = {s->masks, s->moving, s->codes, s->surface, s->emission, s->cells, s->leaves};
+    uint32_t *held[] = {s->blocks, s->moving, s->codes, s->albedo, s->emission, s->cells, s->leaves};
     for (size_t i = 0; i < sizeof held / sizeof *held; i++)
         free(held[i]);
 }
 
 static bool read_leaves(const dump *d, const kd_svo *svo, leaf_source *s)
 {
-    size_t layer = (size_t)svo->layer_words * 4, slots = (size_t)svo->node_capacity * 8;
+    size_t parents = (size_t)svo->node_capacity * 4, slots = svo->leaf_room;
     uint32_t top = svo->leaf_level - 1 - KD_DENSE_LOG2;
     *s = (leaf_source){
-        .masks = dump_read(d, svo->masks, 0, layer),
+        .blocks = dump_read(d, svo->book, (size_t)svo->places.blocks.x * 4, parents),
         .moving = read_moving(d, svo),
-        .codes = dump_read(d, svo->book, (size_t)(&svo->places.codes.x)[top] * 4, slots / 2),
-        .surface = dump_read(d, svo->static_surface, 0, slots * 8),
+        .codes = dump_read(d, svo->book, (size_t)(&svo->places.codes.x)[top] * 4, parents),
+        .albedo = dump_read(d, svo->static_albedo, 0, slots * 4),
         .emission = dump_read(d, svo->static_emission, 0, svo->glows ? slots * 8 : 4),
         .glows = svo->glows,
         .cells = dump_read(d, svo->dynamic_cells, 0, (size_t)svo->dynamic_room * 8 * 16),
-        .leaves = dump_read(d, svo->leaves, 0, slots * 8),
+        .leaves = dump_read(d, svo->leaves, 0, slots * 8 + (size_t)kd_svo_moving_room(svo) * 64),
     };
-    return s->masks && s->moving && s->codes && s->surface && s->emission && s->cells && s->leaves;
+    return s->blocks && s->moving && s->codes && s->albedo && s->emission && s->cells && s->leaves;
 }
 
 /* Add a layer's cell to the row: means by weight, as light sees them. */
@@ -105,44 +105,53 @@ static void add_cell(leaf_row *row, const uint32_t words[4])
 
 static void add_static(leaf_row *row, const leaf_source *s, uint32_t slot)
 {
-    uint32_t words[4] = {0};
-    memcpy(words, s->surface + 2 * (size_t)slot, 8);
+    uint32_t words[4] = {s->albedo[slot], s->leaves[2 * (size_t)slot + 1]};
     if (s->glows)
         memcpy(words + 2, s->emission + 2 * (size_t)slot, 8);
     row->layers |= 1;
     add_cell(row, words);
 }
 
-static void add_dynamic(leaf_row *row, const leaf_source *s, const kd_svo *svo, uint32_t code)
+/* Rank of a leaf parent among those in which something moves; KD_EMPTY: it is none of them, or there is no
+ * room. */
+static uint32_t moving_rank(const leaf_source *s, const kd_svo *svo, uint32_t parent)
 {
-    uint32_t parent = code >> 3, words = kd_svo_parent_words(svo);
+    uint32_t words = kd_svo_parent_words(svo);
     const uint32_t *parents = s->moving + svo->layer_words; /* mask, then ranks */
+    if (!bit_at(parents, parent))
+        return KD_EMPTY;
     uint32_t below = parents[parent >> 5] & ((1u << (parent & 31)) - 1);
     uint32_t rank = parents[words + (parent >> 5)] + (uint32_t)__builtin_popcount(below);
-    row->layers |= 2;
-    if (rank < svo->dynamic_room)
-        add_cell(row, s->cells + 4 * ((size_t)rank * 8 + (code & 7)));
+    return rank < kd_svo_moving_room(svo) ? rank : KD_EMPTY;
 }
 
 static void put_leaf(dump *d, const kd_voxel_scene *scene, const kd_svo *svo, const leaf_source *s,
-                     uint32_t slot, uint32_t code)
+                     uint32_t number, uint32_t k)
 {
-    bool still = bit_at(s->masks, code), moving = bit_at(s->moving, code);
-    const uint32_t *leaf = s->leaves + 2 * (size_t)slot;
+    uint32_t code = s->codes[number] * 8 + k, slot = kd_svo_block_slot(svo, s->blocks[number], k);
+    uint32_t rank = moving_rank(s, svo, code >> 3);
+    bool still = slot != KD_EMPTY, moving = bit_at(s->moving, code);
     leaf_row row = {0};
     if (!still && !moving)
         return;
     if (still)
         add_static(&row, s, slot);
     if (moving)
-        add_dynamic(&row, s, svo, code);
+        row.layers |= 2;
+    if (moving && rank != KD_EMPTY)
+        add_cell(&row, s->cells + 4 * ((size_t)rank * 8 + k));
+    const uint32_t none[2] = {0}, *leaf = none;
+    if (rank != KD_EMPTY)
+        leaf = s->leaves + 2 * ((size_t)svo->leaf_room + 8 * rank + k);
+    else if (still)
+        leaf = s->leaves + 2 * (size_t)slot;
     row.cascade = world_cell(scene, svo->leaf_level, 0, code, row.cell);
     unpack_normal(leaf[1], row.normal);
     row.depth = unpack_leaf_depth(leaf[1]);
     unpack_rgb9e5(leaf[0], row.radiance);
-    for (int k = 0; k < 3; k++) {
-        row.radiance[k] *= scene->stored_unit > 0 ? scene->stored_unit : 1;
-        row.emission[k] *= scene->brightest_emission;
+    for (int i = 0; i < 3; i++) {
+        row.radiance[i] *= scene->stored_unit > 0 ? scene->stored_unit : 1;
+        row.emission[i] *= scene->brightest_emission;
     }
     dump_row(d, &row, sizeof row);
 }
@@ -161,7 +170,7 @@ kd_status dump_leaves(dump *d)
     } else {
         for (uint32_t n = 0; n < svo->node_capacity; n++)
             for (uint32_t k = 0; k < 8 && s.codes[n] != KD_EMPTY; k++)
-                put_leaf(d, scene, svo, &s, n * 8 + k, s.codes[n] * 8 + k);
+                put_leaf(d, scene, svo, &s, n, k);
         status = dump_end(d, "leaves.bin", leaf_columns);
     }
     free_leaves(&s);
@@ -187,13 +196,13 @@ static const dump_column node_columns[] = {
 };
 
 typedef struct node_source {
-    uint32_t *masks, *moving, *codes, *nodes, *data;
+    uint32_t *blocks, *moving, *codes, *nodes, *data;
     uint32_t *atlas, *depths; /* dense levels, rgb9e5 */
 } node_source;
 
 static void free_nodes(node_source *s)
 {
-    free(s->masks);
+    free(s->blocks);
     free(s->moving);
     free(s->codes);
     free(s->nodes);
@@ -215,14 +224,15 @@ static uint32_t *read_dense(const dump *d, kd_gpu_texture texture, uint32_t slic
 
 static bool read_nodes(const dump *d, const kd_svo *svo, uint32_t levels, node_source *s)
 {
-    size_t inner = kd_svo_nodes_before(svo, 0, levels - 1), data = kd_svo_data_first(svo, levels);
-    *s = (node_source){.masks = dump_read(d, svo->masks, 0, (size_t)svo->layer_words * 4),
-                       .moving = read_moving(d, svo),
-                       .nodes = dump_read(d, svo->nodes, 0, inner * 32),
-                       .data = dump_read(d, svo->data, 0, data * 8),
-                       .atlas = read_dense(d, svo->atlas, KD_ATLAS_SLICES(svo->cascades, 6)),
-                       .depths = read_dense(d, svo->depths, KD_ATLAS_SLICES(svo->cascades, 2))};
-    return s->masks && s->moving && s->nodes && s->data && s->atlas && s->depths;
+    size_t nodes = kd_gpu_buffer_size(d->rig->gpu, svo->nodes), data = kd_svo_data_first(svo, levels);
+    *s = (node_source){
+        .blocks = dump_read(d, svo->book, (size_t)svo->places.blocks.x * 4, (size_t)svo->node_capacity * 4),
+        .moving = read_moving(d, svo),
+        .nodes = dump_read(d, svo->nodes, 0, nodes),
+        .data = dump_read(d, svo->data, 0, data * 8),
+        .atlas = read_dense(d, svo->atlas, KD_ATLAS_SLICES(svo->cascades, 6)),
+        .depths = read_dense(d, svo->depths, KD_ATLAS_SLICES(svo->cascades, 2))};
+    return s->blocks && s->moving && s->nodes && s->data && s->atlas && s->depths;
 }
 
 /* A dense cell from the atlas: depth by direction, and the mean of what these see. */
@@ -262,7 +272,7 @@ static void load_children(node_row *row, const node_source *s, const kd_svo *svo
         uint32_t leaf = code * 8 + k;
         if (!leaf_parent)
             row->children[k] = s->nodes[(&svo->places.child.x)[l] + (size_t)row->number * 8 + k];
-        else if (bit_at(s->masks, leaf) || bit_at(s->moving, leaf))
+        else if (kd_svo_block_slot(svo, s->blocks[row->number], k) != KD_EMPTY || bit_at(s->moving, leaf))
             row->children[k] = row->number * 8 + k;
         else
             row->children[k] = KD_EMPTY;

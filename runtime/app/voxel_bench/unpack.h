@@ -48,7 +48,7 @@ static inline void unpack_cell(const uint32_t w[4], float albedo[3], float emiss
         albedo[k] = (float)(w[0] >> (10 * k) & 1023u) / 1023.0f;
         emission[k] = ldexpf((float)(w[2] >> (9 * k) & 511u) / 511.0f, -(int)(w[2] >> 27));
     }
-    *weight = (float)((w[1] >> 24) + 1);
+    *weight = (float)(((w[1] >> 24 & 127) * 512 + 127) / 254);
 }
 
 /* Albedo of a cached voxel: eight bits of its square root. */

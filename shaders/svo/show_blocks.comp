@@ -1,0 +1,17 @@
+// Shows the leaves of touched parents (show.glsl). One invocation a touched parent.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/linear.glsl"
+#include "shaders/svo/show.glsl"
+
+void main()
+{
+    uint entry = linear_index(), level = pass.x;
+    if (entry >= min(counters[KD_COUNT_TOUCHED], places.size.x))
+        return;
+    uint number = book[places.others.w + entry];
+    if (number == KD_EMPTY)
+        return;
+    uint code = book[places.codes[level] + number];
+    show(number, code, level == 0u ? 0u : find_node(level - 1u, code >> 3));
+}

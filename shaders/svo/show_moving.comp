@@ -1,0 +1,33 @@
+// The same for parents in which something moves, or did in the frame before: their leaves lie by this frame's ranks. One
+// invocation four words of leaf parents; most have nothing to do.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/linear.glsl"
+#include "shaders/svo/show.glsl"
+
+layout(binding = 2) uniform usamplerBuffer before; // rgba32ui: the words of `moved`
+layout(std430, binding = 6) buffer moved_block { uint moved[]; }; // from pass.z on: parents with dynamic cells, here from the frame before
+
+uvec4 parents_now(uint n)
+{
+    return pass.y != 0u ? uvec4(parents[n * 4u], parents[n * 4u + 1u], parents[n * 4u + 2u], parents[n * 4u + 3u]) : uvec4(0u);
+}
+
+void main()
+{
+    uint n = linear_index(), level = pass.x;
+    if (n * 4u >= pass.z)
+        return;
+    uvec4 moves = parents_now(n), did = texelFetch(before, int(pass.z / 4u + n));
+    for (uint k = 0u; k < 4u; k++) {
+        uint word = n * 4u + k;
+        for (uint bits = moves[k] | did[k]; bits != 0u; bits &= bits - 1u) {
+            uint code = word * 32u + uint(findLSB(bits)), above = level == 0u ? 0u : find_node(level - 1u, code >> 3);
+            uint number = level == 0u ? index[dense_place(code)] : above == KD_EMPTY ? KD_EMPTY : nodes[child_place(level, above, code)];
+            if (number != KD_EMPTY)
+                show(number, code, above);
+        }
+        if (moves[k] != did[k])
+            moved[pass.z + word] = moves[k];
+    }
+}

@@ -1,0 +1,24 @@
+// Blocks for the static cells that come anew. One invocation a touched parent.
+layout(local_size_x = 64) in;
+
+#include "shaders/include/linear.glsl"
+#include "shaders/include/svo_blocks.glsl"
+
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents
+layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
+layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
+
+#include "shaders/include/stale.glsl"
+
+void main()
+{
+    uint entry = linear_index();
+    if (entry >= min(counters[KD_COUNT_TOUCHED], places.size.x))
+        return;
+    uint number = book[places.others.w + entry];
+    if (number == KD_EMPTY || !stale_brick(book[places.codes[pass.x] + number] >> (3u * pass.x)))
+        return;
+    uint cells = book[places.blocks.x + number] >> KD_BLOCK_BITS;
+    if (cells != 0u)
+        book[places.blocks.x + number] = block_take(cells);
+}
