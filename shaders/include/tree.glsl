@@ -10,7 +10,9 @@
 
 #include "shaders/include/tree_params.glsl"
 #include "shaders/include/tree_node.glsl"
+#ifndef KD_BLOCK_WIDE
 #define KD_BLOCK_WIDE (KD_SPARSE_LEVELS == 1)
+#endif
 #include "shaders/include/leaf_block.glsl"
 
 layout(binding = KD_UNIT_TREE_RADIANCE) uniform sampler3D tree_atlas;
