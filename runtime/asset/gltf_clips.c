@@ -259,8 +259,10 @@ static kd_status load_property(gltf_loader *l, size_t clip_index, const gltf_cha
     kd_status status = load_curve(l, &l->doc.clips[clip_index], clip_index, c->sampler, &out.curve, clip);
     if (status)
         return status;
-    if (out.property == KD_PROPERTY_EMISSIVE || out.property == KD_PROPERTY_EMISSIVE_STRENGTH)
+    if (out.property == KD_PROPERTY_EMISSIVE || out.property == KD_PROPERTY_EMISSIVE_STRENGTH) {
         scale_emission(l, &out, where);
+        ((kd_material_desc *)(uintptr_t)l->model->materials)[number].glows_in_clips = true; /* ours so far */
+    }
     ((kd_property_channel *)clip->properties)[clip->property_count++] = out; /* made by load_clip */
     return KD_OK;
 }

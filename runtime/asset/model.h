@@ -54,8 +54,15 @@ typedef struct kd_material_desc {
     float clearcoat, clearcoat_roughness; /* share covered by a coat of varnish of ior 1.5 */
     float transmission; /* share of what enters a dielectric that leaves on its other side, tinted, instead of
                            being scattered back; alpha_mode is KD_ALPHA_BLEND where it is not 0 */
-    bool alpha_ignored; /* the base colour's alpha says nothing: of transmissive materials that are opaque */
+    bool glows_in_clips; /* a clip of the model moves its emission */
+    bool alpha_ignored;  /* the base colour's alpha says nothing: of transmissive materials that are opaque */
 } kd_material_desc;
+
+/** Does it send out light, now or while a clip plays? */
+static inline bool kd_material_glows(const kd_material_desc *m)
+{
+    return m->glows_in_clips || m->emissive.x > 0 || m->emissive.y > 0 || m->emissive.z > 0;
+}
 
 /* Triangles only: strips and fans are unrolled, points and lines dropped with a warning. Indices always
  * there. */
@@ -245,7 +252,8 @@ void kd_subdivision_evaluate(const kd_subdivision *s, uint32_t vertex_count, con
                              kd_vec3 *positions, kd_vec3 *normals, kd_vec4 *tangents);
 /** Let go of a model; it goes when the last of those who share it has. */
 void kd_model_destroy(kd_model *model);
-/** Have a further holder of a model, who destroys it too. Threading: holders share one thread. Returns model */
+/** Have a further holder of a model, who destroys it too. Threading: holders share one thread. Returns model
+ */
 kd_model *kd_model_share(kd_model *model);
 
 /** Tell whether a glTF extension is read, in whole or in the part that this renderer can show. */

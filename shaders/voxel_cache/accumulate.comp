@@ -17,7 +17,9 @@ bool keeps_cell(uvec3 cell, uint creases, vec3 a, vec3 b, vec3 c);
 #include "shaders/voxel_cache/triangle.glsl"
 #include "shaders/voxel_cache/surface.glsl"
 #include "shaders/voxel_cache/chunk_cell.glsl"
+#ifdef KD_GLOWS
 #include "shaders/voxel_cache/area.glsl"
+#endif
 
 void add(uint at, float value, uint weight)
 {
@@ -46,8 +48,9 @@ void fragment(uint triangle, uvec3 cell, vec3 bary)
         add(at + 4u + k, normal[k], weight);
     }
     add(at + 7u, s.emission, weight);
-    if (any(greaterThan(material.emissive.rgb, vec3(0.0))))
-        atomicAdd(sums[at + 15u], uint(round(area_in_cell(cell, triangle) * 4096.0)));
+#ifdef KD_GLOWS
+    atomicAdd(sums[at + 15u], uint(round(area_in_cell(cell, triangle) * 4096.0)));
+#endif
     // The nearest surface binds a deforming voxel: largest nearness (6 bits), then the lowest triangle.
     if (pass.dest.z != KD_VOXEL_RIGID)
         atomicMax(nearest[voxel], (uint(nearness * 62.0) + 1u) << 26 | (0x3FFFFFFu - triangle));

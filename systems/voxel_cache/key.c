@@ -114,7 +114,7 @@ static bool hash_material(voxel_keys *keys, const kd_scene_store *store, const k
     const float cutoff = m->alpha_mode == KD_ALPHA_MASK ? m->alpha_cutoff
                          : m->alpha_ignored             ? -m->transmission
                                                         : m->transmission;
-    const uint32_t how[2] = {m->alpha_mode, m->double_sided};
+    const uint32_t how[3] = {m->alpha_mode, m->double_sided, kd_material_glows(m)};
     *hash = hash_array(hash_array(hash_array(*hash, &m->base_color, sizeof m->base_color), how, sizeof how),
                        &cutoff, sizeof cutoff);
     if (!hash_map(keys, store, &m->base_color_map, hash))

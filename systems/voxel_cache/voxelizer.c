@@ -43,7 +43,7 @@ kd_status voxelizer_init(kd_gpu *gpu, voxelizer *v)
 
 void voxelizer_fini(kd_gpu *gpu, voxelizer *v)
 {
-    kd_gpu_program programs[] = {v->mark, v->accumulate, v->pack, v->bind};
+    kd_gpu_program programs[] = {v->mark, v->accumulate, v->accumulate_glowing, v->pack, v->bind};
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
         kd_gpu_destroy_program(gpu, programs[i]);
     voxelizer_rest(gpu, v);
@@ -210,13 +210,27 @@ static kd_status fill_inside(kd_gpu *gpu, voxelizer *v, const kd_voxel_chunk *ch
     return status;
 }
 
-static void accumulate(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const struct pass_params *pass)
+/* Software drivers run a branch that nothing takes, so what glows has a program of its own. */
+static kd_gpu_program accumulate_program(kd_gpu *gpu, voxelizer *v, const kd_material_desc *material)
+{
+    static const char *const defines[] = {"KD_GLOWS 1", NULL};
+    if (!kd_material_glows(material))
+        return v->accumulate;
+    if (!v->accumulate_glowing.id)
+        v->accumulate_glowing =
+            kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/voxel_cache/accumulate.comp",
+                                                            .defines = defines});
+    return v->accumulate_glowing;
+}
+
+static void accumulate(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const struct pass_params *pass,
+                       kd_gpu_program program)
 {
     bind_triangles(gpu, v, store, pass);
     kd_gpu_bind_storage(gpu, 5, v->ranks);
     kd_gpu_bind_storage(gpu, 6, v->sums);
     kd_gpu_bind_storage(gpu, 7, v->nearest);
-    kd_gpu_dispatch_linear(gpu, v->accumulate, (pass->chunk_size.w + 63) / 64);
+    kd_gpu_dispatch_linear(gpu, program, (pass->chunk_size.w + 63) / 64);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
@@ -258,15 +272,18 @@ static kd_status make_room(kd_gpu *gpu, voxelizer *v, kd_voxel_scene *scene, uin
     return status ? status : voxelizer_take(gpu, scene, voxels, bindings, chunk);
 }
 
-static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, uint32_t kind,
-                            kd_voxel_scene *scene, kd_voxel_chunk *chunk, struct pass_params *pass,
-                            uint32_t words)
+static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store,
+                            const kd_voxel_cache *cache, kd_voxel_scene *scene, kd_voxel_chunk *chunk,
+                            struct pass_params *pass, uint32_t words)
 {
+    kd_gpu_program program = accumulate_program(gpu, v, &store->materials[cache->material].desc);
     uint32_t count = 0;
+    if (!program.id)
+        return KD_GPU;
     kd_status status = mark_cells(gpu, v, store, pass, words, &count);
     if (!status && count && scene->voxelize_flags & KD_VOXEL_LEVEL_FILLED)
         status = fill_inside(gpu, v, chunk, words, &count);
-    uint32_t bindings = kind == KD_VOXEL_RIGID ? 0 : count;
+    uint32_t bindings = cache->kind == KD_VOXEL_RIGID ? 0 : count;
     if (status || count == 0)
         return status;
     status = make_room(gpu, v, scene, count, bindings, chunk);
@@ -277,7 +294,7 @@ static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *sto
     kd_gpu_fill_buffer(gpu, v->sums, 0, (size_t)count * SUM_WORDS * 4, 0);
     kd_gpu_fill_buffer(gpu, v->nearest, 0, (size_t)count * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    accumulate(gpu, v, store, pass);
+    accumulate(gpu, v, store, pass, program);
     pack(gpu, v, scene, *pass, words);
     if (bindings)
         bind(gpu, v, store, scene, *pass, words);
@@ -308,7 +325,7 @@ kd_status voxelizer_run(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, 
     if (!status && columns.columns) {
         kd_gpu_write_buffer(gpu, v->columns, 0, columns.rows, row_bytes);
         kd_material_bind(gpu, &store->materials[cache->material]);
-        status = fill_chunk(gpu, v, store, cache->kind, scene, chunk, &pass, words);
+        status = fill_chunk(gpu, v, store, cache, scene, chunk, &pass, words);
     }
     free(columns.rows);
     return status;

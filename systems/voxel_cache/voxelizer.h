@@ -8,6 +8,7 @@
 /* Programs and scratch of the voxelizer. */
 typedef struct voxelizer {
     kd_gpu_program mark, accumulate, pack, bind;
+    kd_gpu_program accumulate_glowing; /* measures areas too; made when first needed */
     kd_gpu_rank rank;
     kd_gpu_buffer mask, ranks, sums, nearest, columns, counter;
 } voxelizer;

@@ -198,6 +198,36 @@ static void files_that_do_not_serve_are_made_anew(void **state)
     drop(&first);
 }
 
+/* Area of what glows in all voxels of a box. */
+static uint32_t glowing_area(float emission)
+{
+    voxel_world v = voxel_open((voxel_options){.cascades = 1, .span = 0.12f});
+    kd_material_desc material = voxel_matte(0.5f, 0.5f, 0.5f);
+    uint32_t sum = 0;
+    material.emissive = (kd_vec3){emission, emission, emission};
+    v.frame->settings.voxels_cache = true;
+    voxel_shape(&v, KD_SHAPE_BOX, (kd_vec3){1, 1, 1}, &material, voxel_at(0, 0, 0));
+    voxel_frame(&v);
+    const uint64_t count = voxel_scene(&v)->voxel_places.end;
+    uint32_t *color = voxel_read(voxel_scene(&v)->cache_color, 0, count * 4);
+    for (uint64_t i = 0; i < count; i++)
+        sum += color[i] >> 25;
+    free(color);
+    voxel_close(&v);
+    return sum;
+}
+
+/* A lamp that was off when its voxels were kept has none of the areas by which it lights. */
+static void what_glows_is_not_what_was_dark(void **state)
+{
+    (void)state;
+    assert_int_equal(glowing_area(0), 0);
+    uint32_t lit = glowing_area(2);
+    assert_true(lit > 100);
+    assert_int_equal(glowing_area(5), lit); /* how brightly is not in the voxels */
+    assert_int_equal(each_file(NULL), 2);
+}
+
 static void folder_that_cannot_be_written_costs_one_warning(void **state)
 {
     (void)state;
@@ -221,6 +251,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(second_start_reads_what_the_first_has_made, make_folder, drop_folder),
         cmocka_unit_test_setup_teardown(files_that_do_not_serve_are_made_anew, make_folder, drop_folder),
+        cmocka_unit_test_setup_teardown(what_glows_is_not_what_was_dark, make_folder, drop_folder),
         cmocka_unit_test_setup_teardown(folder_that_cannot_be_written_costs_one_warning, make_folder,
                                         drop_folder),
     };
