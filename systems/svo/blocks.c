@@ -60,8 +60,16 @@ kd_status svo_fit_leaves(kd_gpu *gpu, kd_svo *svo)
 
 typedef struct gathered {
     kd_gpu_buffer leaves, albedo, emission, moved;
+    uint32_t room; /* slots of static leaves */
 } gathered;
 
+static void destroy_buffers(kd_gpu *gpu, const kd_gpu_buffer *buffers, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        kd_gpu_destroy_buffer(gpu, buffers[i]);
+}
+
+/* Errors: nothing is left of them. */
 static bool make_gathered(kd_gpu *gpu, const kd_svo *svo, uint32_t room, gathered *g)
 {
     const struct {
@@ -75,18 +83,34 @@ static bool make_gathered(kd_gpu *gpu, const kd_svo *svo, uint32_t room, gathere
         {&g->moved, (size_t)svo->node_capacity * 4, "svo.moved_blocks"},
     };
     bool all = true;
+    g->room = room;
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         *rows[i].buffer = kd_gpu_make_buffer(
             gpu, &(kd_gpu_buffer_desc){.size = rows[i].size, .zeroed = true, .name = rows[i].name});
         all = all && rows[i].buffer->id;
     }
+    if (!all) {
+        kd_gpu_buffer made[] = {g->leaves, g->albedo, g->emission, g->moved};
+        destroy_buffers(gpu, made, sizeof made / sizeof *made);
+    }
     return all;
+}
+
+/* They take the place of those that were there. */
+static void take_gathered(kd_gpu *gpu, kd_svo *svo, const gathered *g)
+{
+    kd_gpu_buffer gone[] = {svo->leaves, svo->static_albedo, svo->static_emission, g->moved};
+    destroy_buffers(gpu, gone, sizeof gone / sizeof *gone);
+    svo->leaves = g->leaves;
+    svo->static_albedo = g->albedo;
+    svo->static_emission = g->emission;
+    svo->leaf_room = svo->places.blocks.w = g->room;
 }
 
 static void step(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const gathered *g, uint32_t what,
                  kd_gpu_buffer from, kd_gpu_buffer to, uint32_t words)
 {
-    uint32_t pass[4] = {leaf_parents(svo), what, words, 0};
+    uint32_t pass[4] = {leaf_parents(svo), what, words, g->room};
     bind_book(gpu, svo);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     if (what == COPY) {
@@ -101,12 +125,8 @@ static void step(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const g
 kd_status svo_gather_blocks(kd_gpu *gpu, const svo_state *state, kd_svo *svo, uint32_t room)
 {
     gathered g = {0};
-    if (!make_gathered(gpu, svo, room, &g)) {
-        kd_gpu_buffer made[] = {g.leaves, g.albedo, g.emission, g.moved};
-        for (size_t i = 0; i < sizeof made / sizeof *made; i++)
-            kd_gpu_destroy_buffer(gpu, made[i]);
+    if (!make_gathered(gpu, svo, room, &g))
         return KD_GPU;
-    }
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_TOP * 4, 4, 0);
     kd_gpu_fill_buffer(gpu, svo->counters, (KD_COUNT_BLOCKS + 1) * 4, 8 * 4, 0);
@@ -118,13 +138,7 @@ kd_status svo_gather_blocks(kd_gpu *gpu, const svo_state *state, kd_svo *svo, ui
     if (svo->glows)
         step(gpu, state, svo, &g, COPY, svo->static_emission, g.emission, 2);
     step(gpu, state, svo, &g, WORDS, g.leaves, g.leaves, 0);
-    kd_gpu_buffer gone[] = {svo->leaves, svo->static_albedo, svo->static_emission, g.moved};
-    for (size_t i = 0; i < sizeof gone / sizeof *gone; i++)
-        kd_gpu_destroy_buffer(gpu, gone[i]);
-    svo->leaves = g.leaves;
-    svo->static_albedo = g.albedo;
-    svo->static_emission = g.emission;
-    svo->leaf_room = svo->places.blocks.w = room;
+    take_gathered(gpu, svo, &g);
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
     return KD_OK;
 }
@@ -135,19 +149,9 @@ kd_status svo_reserve_leaves(kd_gpu *gpu, kd_svo *svo, uint64_t leaves)
     gathered g = {0};
     if (room <= svo->leaf_room)
         return KD_OK;
-    if (!make_gathered(gpu, svo, room, &g)) {
-        kd_gpu_buffer made[] = {g.leaves, g.albedo, g.emission, g.moved};
-        for (size_t i = 0; i < sizeof made / sizeof *made; i++)
-            kd_gpu_destroy_buffer(gpu, made[i]);
+    if (!make_gathered(gpu, svo, room, &g))
         return KD_GPU;
-    }
-    kd_gpu_buffer gone[] = {svo->leaves, svo->static_albedo, svo->static_emission, g.moved};
-    for (size_t i = 0; i < sizeof gone / sizeof *gone; i++)
-        kd_gpu_destroy_buffer(gpu, gone[i]);
-    svo->leaves = g.leaves;
-    svo->static_albedo = g.albedo;
-    svo->static_emission = g.emission;
-    svo->leaf_room = svo->places.blocks.w = room;
+    take_gathered(gpu, svo, &g);
     return KD_OK;
 }
 
@@ -173,7 +177,7 @@ static uint32_t slots_in_use(const kd_svo *svo, const uint32_t *counts)
     return slots;
 }
 
-/* Room for the blocks that are wanted in this frame: waits for their counts. */
+/* Room for the blocks that are wanted in this frame, beside what moves: waits for their counts. */
 static void make_room(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t counts[KD_COUNT_WORDS], most = most_leaves(svo);
@@ -181,7 +185,8 @@ static void make_room(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
     kd_gpu_read_buffer(gpu, svo->counters, 0, counts, sizeof counts);
     uint32_t leaves = slots_in_use(svo, counts);
     state->leaves.wanted = leaves;
-    if (counts[KD_COUNT_TOP] + wanted_slots(counts, svo->places.blocks.z) <= svo->leaf_room)
+    if (svo->leaf_room <= most &&
+        counts[KD_COUNT_TOP] + wanted_slots(counts, svo->places.blocks.z) <= svo->leaf_room)
         return;
     uint64_t want = (uint64_t)leaves + leaves / SVO_SPARE + 1024;
     kd_status made = svo_gather_blocks(gpu, state, svo, want < most ? (uint32_t)want : most);
@@ -229,7 +234,10 @@ void svo_build_blocks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
     if (scene->static_changed) {
         svo_args(gpu, state, svo, KD_COUNT_TOUCHED, svo->node_capacity, 1, KD_ARGS_LIST);
         over_touched(gpu, state, svo, scene, SVO_RELEASE_BLOCKS);
+    }
+    if (scene->static_changed || svo->leaf_room > most_leaves(svo)) /* what moves has come, or needs more */
         make_room(gpu, state, svo, scene);
+    if (scene->static_changed) {
         over_touched(gpu, state, svo, scene, SVO_TAKE_BLOCKS);
         kd_gpu_bind_storage(gpu, 0, svo->counters);
         kd_gpu_bind_storage(gpu, 7, svo->book);
