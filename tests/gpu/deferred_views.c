@@ -1,6 +1,6 @@
 /* What the G-buffer keeps of known surfaces, through the views that show it. */
 
-#include "runtime/core/arena.h"
+#include "runtime/asset/model_memory.h"
 #include "tests/render_fixture.h"
 
 static const float PI = 3.14159265f;
@@ -87,7 +87,7 @@ static void sides_show_as_the_material_says(void **state)
 /* ---- a quad with textures, 2 m wide, facing +Y with u along x and v along z ---- */
 
 typedef struct textured {
-    kd_arena arena; /* ends with the model */
+    model_memory memory; /* ends with the model */
     kd_image images[3];
     kd_material_desc material;
     kd_primitive_desc primitive;
@@ -144,8 +144,8 @@ static textured *make_textured(const kd_image *images, uint32_t image_count)
                           .nodes = &t->node,
                           .bounds_min = {-1, 0, -1},
                           .bounds_max = {1, 0, 1}};
-    t->arena = arena;
-    t->model.internal = &t->arena;
+    t->memory = (model_memory){arena, 1};
+    t->model.internal = &t->memory;
     return t;
 }
 
