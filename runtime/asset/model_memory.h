@@ -3,6 +3,8 @@
 
 /* What kd_model.internal points to: the arena that a model stands in, and how many hold it. */
 
+#include <stdint.h>
+
 #include "runtime/core/arena.h"
 
 typedef struct model_memory {
