@@ -43,7 +43,7 @@ void main()
         uvec3 wrapped = morton_decode(code & ((1u << (3 * KD_DENSE_LOG2)) - 1u));
         ivec3 world_cell = bounce_world_cell(cascade, dense_unwrap(cascade, wrapped));
         uint at = bounce_first_entry(cascade, world_cell), identity = bounce_identity(world_cell);
-        bool known = entries[at + 7u] == identity && pass.frame.x - entries[at + 6u] <= pass.frame.z;
+        bool known = bounce_is_of(entries[at + 7u], identity) && pass.frame.x - entries[at + 6u] <= pass.frame.z;
         ivec3 block = world_cell >> 2;
         if (known && ((uint(block.x + 2 * block.y + 4 * block.z) ^ pass.frame.x) & (pass.frame.y - 1u)) != 0u)
             continue;

@@ -21,3 +21,12 @@ uint bounce_identity(ivec3 world_cell)
     uvec3 window = uvec3(world_cell >> KD_DENSE_LOG2) & 255u;
     return window.x | window.y << 8 | window.z << 16 | uint(int(log2(tree.light.y)) + 128) << 24;
 }
+
+// Of the same cell, in whatever unit?
+bool bounce_is_of(uint kept, uint identity) { return ((kept ^ identity) & 0xFFFFFFu) == 0u; }
+
+// What kept light is multiplied by to be in the unit of now, a power of two.
+float bounce_in_unit(uint kept, uint identity)
+{
+    return uintBitsToFloat(uint(clamp(int(identity >> 24) - int(kept >> 24), -64, 64) + 127) << 23);
+}

@@ -75,10 +75,11 @@ void bounced_sides(uint c, ivec3 dense_cell, out vec3 sides[6])
 {
     ivec3 world_cell = bounce_world_cell(c, dense_cell);
     int at = int(bounce_first_entry(c, world_cell));
-    bool holds = bounce.y != 0u && texelFetch(entries, at + 7).r == bounce_identity(world_cell) &&
-                 bounce.x - texelFetch(entries, at + 6).r <= bounce.y;
+    uint kept = texelFetch(entries, at + 7).r, identity = bounce_identity(world_cell);
+    bool holds = bounce.y != 0u && bounce_is_of(kept, identity) && bounce.x - texelFetch(entries, at + 6).r <= bounce.y;
+    float unit = bounce_in_unit(kept, identity);
     for (int side = 0; side < 6; side++)
-        sides[side] = holds ? rgb9e5_unpack(texelFetch(entries, at + side).r) : vec3(0.0);
+        sides[side] = holds ? unit * rgb9e5_unpack(texelFetch(entries, at + side).r) : vec3(0.0);
 }
 
 // What of it a leaf gets: by the squares of the normal's parts from the sides that it faces; from all sides alike where normals

@@ -4,7 +4,7 @@ layout(local_size_x = 64) in;
 
 #include "shaders/include/linear.glsl"
 #include "shaders/include/svo_find.glsl"
-#include "shaders/include/leaf_block.glsl"
+#include "shaders/include/svo_blocks.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents, y: step, z: words of a leaf that are copied, w: slots there
 layout(std430, binding = 1) readonly buffer from_block { uint from[]; };
@@ -21,6 +21,8 @@ void main()
         uint first = n == 0u ? 0u : atomicAdd(counters[KD_COUNT_TOP], n);
         // What finds no room there is left out.
         moved[number] = n == 0u ? block : first + n <= pass.w ? (block & ~KD_BLOCK_FIRST) | first : 0u;
+        if (n != 0u && moved[number] == 0u)
+            block_count_cells(book[places.codes[pass.x] + number], 0u, block_count(block));
     } else if (pass.y == 1u) {
         n = moved[number] == 0u ? 0u : n;
         uint first = (block & KD_BLOCK_FIRST) * pass.z, there = (moved[number] & KD_BLOCK_FIRST) * pass.z;

@@ -7,10 +7,11 @@ uvec4 four_parents_dynamic(uint four_words) { return texelFetch(moving, int(plac
 
 uint parents_dynamic(uint word) { return four_parents_dynamic(word >> 2)[word & 3u]; }
 
-// Writes a word of leaf parents, and notes when it is not what it was.
+// Writes a word of leaf parents, and notes when it is not what it was. Nodes that stayed away left their parents there, so that
+// all words are noted then.
 void put_parents(uint word, uint joined)
 {
-    if (parents[pass.y + word] == joined)
+    if (parents[pass.y + word] == joined && counters[KD_COUNT_AWAY] == 0u)
         return;
     parents[pass.y + word] = joined;
     atomicOr(diff[pass.w + (word >> 5)], 1u << (word & 31u));

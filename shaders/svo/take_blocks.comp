@@ -19,6 +19,10 @@ void main()
     if (number == KD_EMPTY || !stale_brick(book[places.codes[pass.x] + number] >> (3u * pass.x)))
         return;
     uint cells = book[places.blocks.x + number] >> KD_BLOCK_BITS;
-    if (cells != 0u)
-        book[places.blocks.x + number] = block_take(cells);
+    if (cells == 0u)
+        return;
+    uint block = block_take(cells);
+    if (block == 0u) // there is no room: they are not there
+        block_count_cells(book[places.codes[pass.x] + number], 0u, uint(bitCount(cells)));
+    book[places.blocks.x + number] = block;
 }

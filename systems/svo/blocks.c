@@ -77,8 +77,8 @@ static bool make_gathered(kd_gpu *gpu, const kd_svo *svo, uint32_t room, gathere
         size_t size;
         const char *name;
     } rows[] = {
-        {&g->leaves, (room + moving_slots(svo)) * 8, "tree.leaves"},
-        {&g->albedo, (size_t)room * 4, "svo.static_albedo"},
+        {&g->leaves, ((room ? room : 1) + moving_slots(svo)) * 8, "tree.leaves"},
+        {&g->albedo, (size_t)(room ? room : 1) * 4, "svo.static_albedo"},
         {&g->emission, svo_emission_bytes(svo, room), "svo.static_emission"},
         {&g->moved, (size_t)svo->node_capacity * 4, "svo.moved_blocks"},
     };

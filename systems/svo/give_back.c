@@ -224,6 +224,7 @@ void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sc
     if (state->still_runs > QUIET) {
         svo_reserve_moving(gpu, svo, false);
         svo_reserve_chains(gpu, svo, 0);
+        svo_fit_leaves(gpu, svo); /* if it fails there is more room than is needed */
     }
     if (spare(&state->dynamic, svo->dynamic_capacity))
         cut_dynamic(gpu, svo, &state->dynamic);

@@ -41,6 +41,8 @@ static uint32_t reserve_round(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32
 static uint32_t parents_in_any_pose(const kd_svo *svo, uint32_t counted, uint64_t voxels)
 {
     uint64_t most = svo->most_bytes / SVO_PARENT_CELL_BYTES;
+    if (most > KD_BLOCK_FIRST / 16) /* eight leaves each, in half of the slots that a block's word can name */
+        most = KD_BLOCK_FIRST / 16;
     uint64_t want = (voxels > (uint64_t)counted * 2 ? voxels : (uint64_t)counted * 2) + 1024;
     return (uint32_t)(want < most ? want : most);
 }
