@@ -294,7 +294,7 @@ static void window_fail(const picture *p, int line, const char *what)
     } while (0)
 
 /* Wait until the picture stands still: equal for a while. */
-static void window_settle(picture *out)
+static inline void window_settle(picture *out)
 {
     static picture last;
     int equal = 0;

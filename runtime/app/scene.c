@@ -251,6 +251,7 @@ kd_status app_scene_renew(app_scene *scene, const app_options *options)
     clock->time_s = 0;
     clock->frame = 0;
     kd_status status = destroy_all(scene->world);
+    kd_scene_restore_materials(scene->world);
     return status == KD_OK ? fill(scene, options) : status;
 }
 

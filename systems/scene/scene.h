@@ -26,6 +26,9 @@ kd_status kd_scene_instantiate(kd_world *w, uint32_t model, kd_entity parent, co
 /** Add a material to the store; its images are numbers in the store, KD_NONE for none. Returns its number. */
 uint32_t kd_scene_add_material(kd_world *w, const kd_material_desc *desc);
 
+/** Give every model's materials the values of its file again, which clips may have moved; images stay. */
+void kd_scene_restore_materials(kd_world *w);
+
 /** Get an image by its number in the store. Returns NULL when there is none of that number. */
 const kd_image *kd_scene_image(const kd_scene_store *store, uint32_t number);
 

@@ -273,6 +273,19 @@ uint32_t kd_scene_add_material(kd_world *w, const kd_material_desc *desc)
     return s->material_count++;
 }
 
+void kd_scene_restore_materials(kd_world *w)
+{
+    kd_scene_store *s = scene_store_get(w);
+    for (uint32_t m = 0; s && m < s->model_count; m++) {
+        const kd_store_model *known = &s->models[m];
+        for (uint32_t i = 0; i < known->model->material_count; i++) {
+            kd_material_desc *desc = &s->materials[known->first_material + i].desc;
+            *desc = known->model->materials[i];
+            rebase_images(desc, known->first_image, known->model->image_count);
+        }
+    }
+}
+
 const kd_image *kd_scene_image(const kd_scene_store *store, uint32_t number)
 {
     const scene_internal *in = store->internal;

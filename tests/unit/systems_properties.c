@@ -175,6 +175,22 @@ static void what_the_next_clip_leaves_alone_fades_to_rest(void **state)
     stage_fini(&s);
 }
 
+static void materials_come_back_to_their_file(void **state)
+{
+    stage s;
+    (void)state;
+    stage_init(&s, all);
+    show_at(&s, 0.5f);
+    kd_scene_restore_materials(s.world);
+    const kd_store_model *model = kd_singleton(s.world, kd_scene_store)->models;
+    kd_material_desc rest = model->model->materials[0];
+    assert_float_equal(material(&s)->base_color.x, 1, EPSILON);
+    assert_float_equal(material(&s)->metallic, 1, EPSILON);
+    assert_memory_equal(&material(&s)->emissive, &rest.emissive, sizeof rest.emissive);
+    assert_int_equal(material(&s)->base_color_map.image, KD_NONE);
+    stage_fini(&s);
+}
+
 static void bad_pointers_are_refused(void **state)
 {
     (void)state;
@@ -188,6 +204,7 @@ int main(void)
         cmocka_unit_test(materials_lights_and_cameras_are_moved),
         cmocka_unit_test(a_strength_alone_scales_the_factor_at_rest),
         cmocka_unit_test(what_the_next_clip_leaves_alone_fades_to_rest),
+        cmocka_unit_test(materials_come_back_to_their_file),
         cmocka_unit_test(bad_pointers_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, remove_folder);

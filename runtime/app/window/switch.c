@@ -163,6 +163,7 @@ static kd_status take_on(window_session *s, app_stage *other, uint64_t frame)
     s->stage->options = s->options;
     s->profile_row = 0;
     s->renewals = 0;
+    s->whole_due = false;
     go_on_at(s, frame);
     return window_stage_begin(s);
 }
@@ -245,6 +246,19 @@ static kd_status fill_anew(window_session *s)
     return status;
 }
 
+/* Make the first step without systems, whose components it may ask for nevertheless, as they are by default.
+ */
+static kd_status try_step(app_stage *trial, const app_stage *on)
+{
+    for (uint32_t id = 1; id <= kd_component_count(on->world); id++) {
+        const kd_component_desc *desc = kd_component_info(on->world, id);
+        (void)kd_component_ensure(trial->world, desc);
+        if (kd_singleton_find(on->world, id))
+            (void)kd_singleton_ensure(trial->world, desc);
+    }
+    return app_scene_step(&trial->scene, 0);
+}
+
 /* The scenario was written anew, its models were not. An extension may keep what we do not know of. */
 static kd_status renew_scene(window_session *s)
 {
@@ -256,7 +270,7 @@ static kd_status renew_scene(window_session *s)
                  s->renewals < MOST_RENEWALS &&
                  same_settings(&trial->scene.settings, &s->stage->scene.settings);
     if (status == KD_OK)
-        status = stays ? app_scene_step(&trial->scene, 0) : open_other(s, trial);
+        status = stays ? try_step(trial, s->stage) : open_other(s, trial);
     if (status != KD_OK) {
         leave_out(s, trial);
         return KD_OK;
@@ -269,8 +283,10 @@ static kd_status renew_scene(window_session *s)
     app_stage_close(trial);
     s->chosen = KD_NO_ENTITY;
     s->renewals++;
-    if (fill_anew(s) != KD_OK)
+    if (fill_anew(s) != KD_OK) {
+        s->whole_due = true;
         return change_scene(s, s->subject);
+    }
     go_on_at(s, catch_up(s->stage, s->frame));
     say_on(s, began_ns);
     return KD_OK;
@@ -325,6 +341,7 @@ kd_status window_switch(window_session *s)
     if (changes & WINDOW_CHANGED_SHADERS)
         reload_shaders(s);
     bool other = s->next_subject[0] != '\0', whole = s->reload_asked || (changes & WINDOW_CHANGED_MODEL);
+    s->whole_due = s->whole_due || whole;
     if (!other && !whole && !(changes & WINDOW_CHANGED_SCENARIO))
         return KD_OK;
     snprintf(subject, sizeof subject, "%s", other ? s->next_subject : s->subject);
@@ -334,5 +351,5 @@ kd_status window_switch(window_session *s)
         window_note(s, true, "the scene stays: what is written of it (--out, --profile FILE) has begun");
         return KD_OK;
     }
-    return other || whole ? change_scene(s, subject) : renew_scene(s);
+    return other || s->whole_due ? change_scene(s, subject) : renew_scene(s);
 }
