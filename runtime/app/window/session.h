@@ -74,8 +74,8 @@ typedef struct window_session {
     const char **kept_sets; /* of options, when a scene took another's place */
     bool broken_shaders;    /* some do not compile as they stand */
     bool reload_asked;
-    bool whole_due;         /* models or shaders have changed since the stage was loaded */
-    uint32_t renewals;      /* of the stage, since it came on */
+    bool whole_due;                 /* models or shaders have changed since the stage was loaded */
+    uint32_t renewals;              /* of the stage, since it came on */
     char next_subject[KD_PATH_MAX]; /* "": no other scene is asked for */
 } window_session;
 
