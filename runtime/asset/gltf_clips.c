@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "runtime/asset/gltf_loader.h"
@@ -145,18 +146,18 @@ static bool find_target(gltf_loader *l, const gltf_channel *c, const char *where
     return out->width > 0;
 }
 
-/* Which paths of each node the current clip animates already, to find repetitions without a search. */
+/* Which paths of each node, and which properties of each material, light and camera behind them, the current
+ * clip animates already: repetitions are found without a search. */
 typedef struct claim {
     uint32_t clip, paths;
 } claim;
 
-static bool is_repeated(claim *claims, size_t clip, const kd_channel_desc *channel)
+static bool is_repeated(claim *c, size_t clip, uint32_t path)
 {
-    claim *c = &claims[channel->node];
     if (c->clip != (uint32_t)clip + 1)
         *c = (claim){(uint32_t)clip + 1, 0};
-    bool repeated = c->paths >> channel->path & 1;
-    c->paths |= 1u << channel->path;
+    bool repeated = c->paths >> path & 1;
+    c->paths |= 1u << path;
     return repeated;
 }
 
@@ -236,8 +237,16 @@ static void scale_emission(gltf_loader *l, const kd_property_channel *c, const c
         values[i] *= scale;
 }
 
-static kd_status load_property(gltf_loader *l, size_t clip_index, const gltf_channel *c, const char *where,
-                               kd_clip_desc *clip)
+static claim *pointed_claim(const gltf_loader *l, claim *claims, pointed what, uint32_t number)
+{
+    claims += l->model->node_count;
+    for (int before = 0; before < (int)what; before++)
+        claims += pointed_count(l, (pointed)before);
+    return claims + number;
+}
+
+static kd_status load_property(gltf_loader *l, claim *claims, size_t clip_index, const gltf_channel *c,
+                               const char *where, kd_clip_desc *clip)
 {
     uint32_t number = 0;
     const pointer_row *row = find_pointer(c->path, &number);
@@ -248,11 +257,10 @@ static kd_status load_property(gltf_loader *l, size_t clip_index, const gltf_cha
     if (number >= pointed_count(l, row->what))
         return gltf_fail(l, KD_BAD_FORMAT,
                          "'%.160s' points to what is not there (%s); export the model again", c->path, where);
-    for (uint32_t i = 0; i < clip->property_count; i++)
-        if (clip->properties[i].property == row->property && clip->properties[i].target == number) {
-            gltf_warn(l, "%s: '%.160s' is animated before; left out", where, c->path);
-            return KD_OK;
-        }
+    if (is_repeated(pointed_claim(l, claims, row->what, number), clip_index, row->property)) {
+        gltf_warn(l, "%s: '%.160s' is animated before; left out", where, c->path);
+        return KD_OK;
+    }
     kd_property_channel out = {.property = row->property,
                                .target = number,
                                .curve = {.node = KD_NONE, .path = KD_PATH_PROPERTY, .width = row->width}};
@@ -278,7 +286,7 @@ static kd_status load_channel(gltf_loader *l, claim *claims, size_t clip_index, 
         return gltf_fail(l, KD_BAD_FORMAT, "there is no sampler %d (%s); export the model again", c->sampler,
                          where);
     if (c->path[0] == '/')
-        return load_property(l, clip_index, c, where, clip);
+        return load_property(l, claims, clip_index, c, where, clip);
     if (c->node == -1) /* the format says: ignore it */
         return KD_OK;
     if (c->node < 0 || (size_t)c->node >= l->doc.node_count)
@@ -287,7 +295,7 @@ static kd_status load_channel(gltf_loader *l, claim *claims, size_t clip_index, 
     kd_channel_desc out = {0};
     if (!find_target(l, c, where, &out))
         return KD_OK;
-    if (is_repeated(claims, clip_index, &out)) {
+    if (is_repeated(&claims[out.node], clip_index, out.path)) {
         gltf_warn(l, "%s: the same path of the same node is animated before; left out", where);
         return KD_OK;
     }
@@ -297,6 +305,13 @@ static kd_status load_channel(gltf_loader *l, claim *claims, size_t clip_index, 
     kd_channel_desc *channels = (kd_channel_desc *)clip->channels; /* made by load_clip, const for readers */
     channels[clip->channel_count++] = out;
     return KD_OK;
+}
+
+static int compare_properties(const void *a, const void *b)
+{
+    const kd_property_channel *x = a, *y = b;
+    return x->target != y->target ? (x->target > y->target) - (x->target < y->target)
+                                  : (int)x->property - (int)y->property;
 }
 
 static kd_status load_clip(gltf_loader *l, claim *claims, size_t index, kd_clip_desc *out)
@@ -315,6 +330,8 @@ static kd_status load_clip(gltf_loader *l, claim *claims, size_t index, kd_clip_
     out->properties = properties;
     for (size_t i = 0; !status && i < from->channel_count; i++)
         status = load_channel(l, claims, index, i, out);
+    if (properties)
+        qsort(properties, out->property_count, sizeof *properties, compare_properties);
     return status;
 }
 
@@ -324,7 +341,10 @@ kd_status gltf_load_clips(gltf_loader *l)
     claim *claims = NULL;
     kd_status status = gltf_alloc(l, &l->kept, l->doc.clip_count, sizeof *clips, &clips);
     if (!status)
-        status = gltf_alloc(l, &l->scratch, l->model->node_count, sizeof *claims, &claims);
+        status = gltf_alloc(l, &l->scratch,
+                            (size_t)l->model->node_count + l->model->material_count + l->model->light_count +
+                                l->model->camera_count,
+                            sizeof *claims, &claims);
     for (size_t i = 0; !status && i < l->doc.clip_count; i++)
         status = load_clip(l, claims, i, &clips[i]);
     l->model->clips = clips;

@@ -199,7 +199,7 @@ typedef struct kd_clip_desc {
     uint32_t channel_count;
     const kd_channel_desc *channels;
     uint32_t property_count;
-    const kd_property_channel *properties;
+    const kd_property_channel *properties; /* ascending by target, then by property; each once */
 } kd_clip_desc;
 
 typedef struct kd_model {

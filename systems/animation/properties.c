@@ -8,9 +8,17 @@
 
 static const kd_property_channel *find(const kd_clip_desc *clip, kd_property property, uint32_t target)
 {
-    for (uint32_t i = 0; clip && i < clip->property_count; i++)
-        if (clip->properties[i].property == property && clip->properties[i].target == target)
-            return &clip->properties[i];
+    uint32_t low = 0, high = clip ? clip->property_count : 0;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        const kd_property_channel *c = &clip->properties[middle];
+        if (c->target == target && c->property == property)
+            return c;
+        if (c->target < target || (c->target == target && c->property < property))
+            low = middle + 1;
+        else
+            high = middle;
+    }
     return NULL;
 }
 
