@@ -98,7 +98,9 @@ typedef struct app_options {
     const char **sets;       /* "KEY=VALUE" as given; settings among them are checked already */
     char (*assignments)[48]; /* [APP_MAX_ASSIGNMENTS] what options that stand for a setting put into `sets` */
     uint32_t assignment_count;
-    void *memory; /* of the lists */
+    void *memory;                                    /* of the lists */
+    void (*asked_for)(void *user, const char *path); /* told of files that a scenario asks for; or NULL */
+    void *asked_for_user;
 } app_options;
 
 /** Read the command line. Strings point into argv.

@@ -27,7 +27,9 @@ typedef struct app_scene {
     bool started;        /* kandil.scene comes too late */
     app_loaded *loaded;
     uint32_t loaded_count, loaded_capacity;
-    uint64_t shape_triangles; /* of all shapes that its scenario has made */
+    uint64_t shape_triangles;                        /* of all shapes that its scenario has made */
+    void (*asked_for)(void *user, const char *path); /* as in its options */
+    void *asked_for_user;
     const struct app_scene *beside; /* while it loads: another scene, whose models may be shared; or NULL */
 } app_scene;
 
@@ -37,9 +39,9 @@ typedef struct app_scene {
 kd_status app_scene_load(app_scene *scene, kd_world *world, const app_options *options,
                          const app_scene *beside);
 
-/** Fill the world anew from the same kind of file: every entity goes, and what was registered stays, to be used
- *  again. The schedule's clock begins anew too.
- *  Errors with one message; it holds a part of the scene then */
+/** Fill the world anew from the same kind of file: every entity goes, and what was registered stays, to be
+ * used again. The schedule's clock begins anew too. Errors with one message; it holds a part of the scene
+ * then */
 kd_status app_scene_renew(app_scene *scene, const app_options *options);
 
 /** Bring the world to simulation step `index`: scenario, turntable, and what the systems know of the frame.

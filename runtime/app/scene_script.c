@@ -283,6 +283,13 @@ static kd_status clone(void *user, kd_entity entity, kd_entity parent, kd_entity
     return status;
 }
 
+static void asked_for(void *user, const char *path)
+{
+    const app_scene *scene = user;
+    if (scene->asked_for)
+        scene->asked_for(scene->asked_for_user, path);
+}
+
 static bool may_write(void *user, const char *component, const char *field)
 {
     (void)user;
@@ -291,6 +298,8 @@ static bool may_write(void *user, const char *component, const char *field)
 
 kd_status app_scene_load_script(app_scene *scene, const app_options *options)
 {
+    scene->asked_for = options->asked_for;
+    scene->asked_for_user = options->asked_for_user;
     const char **params = calloc(options->set_count + 1, sizeof *params);
     uint32_t param_count = 0;
     if (!params)
@@ -315,6 +324,7 @@ kd_status app_scene_load_script(app_scene *scene, const app_options *options)
                      .find_clip = find_clip,
                      .clone = clone,
                      .may_write = may_write,
+                     .asked_for = asked_for,
                      .stopped = stopped},
         },
         &scene->script);

@@ -18,9 +18,13 @@ const char *script_resolve(lua_State *L, const char *name, char out[KD_PATH_MAX]
     for (uint32_t i = 0; i < script->root_count; i++) {
         if (kd_path_join(out, KD_PATH_MAX, script->roots[i], name) != KD_OK)
             luaL_error(L, "a path of %d characters is too long; shorten it", (int)strlen(name));
-        if (!lies_in_roots(script, out)) /* a link in one root may lead to another */
+        if (!lies_in_roots(script, out)) { /* a link in one root may lead to another */
             outside = true;
-        else if (kd_file_exists(out))
+            continue;
+        }
+        if (script->host.asked_for)
+            script->host.asked_for(script->host.user, out);
+        if (kd_file_exists(out))
             return out;
     }
     if (outside)

@@ -92,6 +92,8 @@ typedef struct kd_script_host {
     /* Tell whether scenarios may set a field: most are, but not numbers that other systems trust. NULL: all
      * are. */
     bool (*may_write)(void *user, const char *component, const char *field);
+    /* Told of every file that the scenario asks for, whether it is there or not. NULL: nobody is. */
+    void (*asked_for)(void *user, const char *path);
     /* Tell whether the run is to end: what runs of the scenario then returns INTERRUPTED, without a message.
      * Asked often. NULL: never. */
     bool (*stopped)(void *user);

@@ -109,12 +109,30 @@ static void steps_may_ask_for_what_systems_know(void **state)
     assert_string_equal(window_finish(), "kandil: scene.lua: again\n");
 }
 
+static void files_of_a_failed_load_are_watched(void **state)
+{
+    (void)state;
+    write_model("1,0,0");
+    write_scenario("");
+    window_start("scene.lua");
+    window_key(KEY_F1);
+    WINDOW_UNTIL(&seen, shows(0));
+    write_scenario("require('beside')(model)");
+    wait_until_said("beside.lua: not found");
+    window_write("beside.lua", "return function(");
+    wait_until_said("expected");
+    window_write("beside.lua", "return function(model) model:play('green') end\n");
+    WINDOW_UNTIL(&seen, shows(1));
+    (void)window_finish();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         WINDOW_TEST(what_a_clip_has_moved_comes_back),
         WINDOW_TEST(a_model_changed_beside_a_broken_scenario_is_seen),
         WINDOW_TEST(steps_may_ask_for_what_systems_know),
+        WINDOW_TEST(files_of_a_failed_load_are_watched),
     };
     return WINDOW_RUN(tests);
 }

@@ -63,11 +63,24 @@ void window_watch_destroy(window_watch *w)
     free(w);
 }
 
+static bool is_watched(const window_watch *w, int folder, const char *name, window_change change)
+{
+    for (uint32_t i = 0; i < w->entry_count; i++) {
+        const watch_entry *e = &w->entries[i];
+        bool same_name = e->name && name ? strcmp(e->name, name) == 0 : e->name == name;
+        if (e->folder == folder && e->change == change && same_name)
+            return true;
+    }
+    return false;
+}
+
 static void add(window_watch *w, const char *folder, const char *name, window_change change)
 {
     if (w->entry_count == MAX_ENTRIES)
         return;
     int number = inotify_add_watch(w->inotify, folder, IN_CLOSE_WRITE | IN_MOVED_TO);
+    if (is_watched(w, number, name, change))
+        return;
     char *copy = name ? strdup(name) : NULL;
     if (number >= 0 && (copy || !name))
         w->entries[w->entry_count++] = (watch_entry){number, copy, change};

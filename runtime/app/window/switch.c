@@ -96,6 +96,22 @@ void window_watch_files(window_session *s)
         window_watch_tree(s->watch, folder, WINDOW_CHANGED_SHADERS);
 }
 
+/* What a load that fails asked for may be what is to be mended: it is watched until one comes on. */
+static void watch_asked_for(void *user, const char *path)
+{
+    const window_session *s = user;
+    window_watch_file(s->watch, path,
+                      kd_path_has_extension(path, ".lua") ? WINDOW_CHANGED_SCENARIO : WINDOW_CHANGED_MODEL);
+}
+
+static kd_status load_watched(window_session *s, app_options options, const app_stage *beside,
+                              app_stage **out)
+{
+    options.asked_for = watch_asked_for;
+    options.asked_for_user = s;
+    return app_stage_load(&options, s->desc->jobs, beside, out);
+}
+
 /* ---- switching ---- */
 
 /* Another scene has other entities and parameters: of `--set` the settings alone are for it. */
@@ -161,6 +177,7 @@ static kd_status take_on(window_session *s, app_stage *other, uint64_t frame)
     app_stage_close(s->stage);
     s->stage = other;
     s->stage->options = s->options;
+    s->stage->scene.asked_for = NULL;
     s->profile_row = 0;
     s->renewals = 0;
     s->whole_due = false;
@@ -189,7 +206,8 @@ static kd_status change_scene(window_session *s, const char *subject)
     options.subject = subject;
     app_console_recover();
     uint64_t began_ns = kd_clock_ns(), frame = 1;
-    kd_status status = app_stage_load(&options, s->desc->jobs, NULL, &other);
+    kd_status status =
+        same ? load_watched(s, options, NULL, &other) : app_stage_load(&options, s->desc->jobs, NULL, &other);
     if (status == KD_OK)
         status = open_other(s, other);
     if (status != KD_OK) {
@@ -265,7 +283,7 @@ static kd_status renew_scene(window_session *s)
     app_stage *trial = NULL;
     uint64_t began_ns = kd_clock_ns();
     app_console_recover();
-    kd_status status = app_stage_load(&s->options, s->desc->jobs, s->stage, &trial);
+    kd_status status = load_watched(s, s->options, s->stage, &trial);
     bool stays = status == KD_OK && !s->options.extension && !s->broken_shaders &&
                  s->renewals < MOST_RENEWALS &&
                  same_settings(&trial->scene.settings, &s->stage->scene.settings);
