@@ -10,8 +10,10 @@
 #include "components/camera.h"
 #include "components/light.h"
 #include "components/mesh_instance.h"
+#include "components/sky.h"
 #include "components/transform.h"
 #include "runtime/app/world_setup.h"
+#include "runtime/asset/sky_image.h"
 #include "runtime/core/file.h"
 #include "runtime/core/log.h"
 #include "runtime/ecs/query.h"
@@ -35,11 +37,11 @@ bool app_scene_find_loaded(app_scene *scene, const char *key, uint32_t *out)
     const app_loaded *known = find_key(scene, key);
     const app_loaded *other = !known && scene->beside ? find_key(scene->beside, key) : NULL;
     if (known)
-        *out = known->model;
+        *out = known->number;
     if (known || !other)
         return known != NULL;
     const kd_scene_store *store = kd_singleton(scene->beside->world, kd_scene_store);
-    kd_model *model = kd_model_share((kd_model *)(uintptr_t)store->models[other->model].model);
+    kd_model *model = kd_model_share((kd_model *)(uintptr_t)store->models[other->number].model);
     if (kd_scene_add_model(scene->world, model, out) != KD_OK) {
         kd_model_destroy(model);
         return false;
@@ -47,7 +49,7 @@ bool app_scene_find_loaded(app_scene *scene, const char *key, uint32_t *out)
     return app_scene_add_loaded(scene, key, *out) == KD_OK;
 }
 
-kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model)
+kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t number)
 {
     if (scene->loaded_count == scene->loaded_capacity) {
         uint32_t capacity = scene->loaded_capacity ? scene->loaded_capacity * 2 : 16;
@@ -60,7 +62,7 @@ kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model
     char *copy = strdup(key);
     if (!copy)
         return kd_fail(KD_NO_MEMORY, "out of memory");
-    scene->loaded[scene->loaded_count++] = (app_loaded){copy, model};
+    scene->loaded[scene->loaded_count++] = (app_loaded){copy, number};
     return KD_OK;
 }
 
@@ -95,6 +97,47 @@ kd_status app_scene_model(app_scene *scene, const char *path, const kd_model_opt
         status = app_scene_add_loaded(scene, key, *out);
     free(key);
     return status;
+}
+
+/* Half a gigabyte of pictures. A file of a few colours is small whatever its picture's size. */
+#define SKY_BYTES_MAX ((uint64_t)512 << 20)
+
+static uint64_t sky_bytes(const kd_sky_images *images)
+{
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < images->count; i++)
+        bytes += (uint64_t)images->maps[i].width * images->maps[i].height * 3 * sizeof(float);
+    return bytes;
+}
+
+static kd_status load_sky(kd_world *w, const char *path, uint32_t *out)
+{
+    kd_sky_image image;
+    kd_status status = kd_sky_image_load(path, &image);
+    if (status != KD_OK)
+        return status;
+    uint64_t own = (uint64_t)image.width * image.height * 3 * sizeof(float);
+    if (sky_bytes(kd_singleton(w, kd_sky_images)) + own > SKY_BYTES_MAX) {
+        kd_sky_image_fini(&image);
+        return kd_fail(KD_TOO_LARGE,
+                       "%s: all pictures of skies together take more than %u MiB; use fewer or smaller ones",
+                       path, (unsigned)(SKY_BYTES_MAX >> 20));
+    }
+    *out = kd_sky_add_image(w, (kd_sky_map){image.width, image.height, image.rgb});
+    return *out ? KD_OK : kd_fail(KD_NO_MEMORY, "%s: no memory for it; use a smaller picture", path);
+}
+
+kd_status app_scene_sky(app_scene *scene, const char *path, uint32_t *out)
+{
+    char key[KD_PATH_MAX + sizeof APP_SKY_PREFIX];
+    snprintf(key, sizeof key, APP_SKY_PREFIX "%s", path);
+    const app_loaded *known = find_key(scene, key);
+    if (known) {
+        *out = known->number;
+        return KD_OK;
+    }
+    kd_status status = load_sky(scene->world, path, out);
+    return status == KD_OK ? app_scene_add_loaded(scene, key, *out) : status;
 }
 
 /* ---- what may be set ---- */

@@ -10,11 +10,13 @@
 #include "runtime/script/script.h"
 #include "systems/scene/scene.h"
 
-/* A model or shape that is in the scene store already. */
+/* What the world holds already: a model or shape in the scene store, or the picture of a sky. */
 typedef struct app_loaded {
-    char *key; /* its path, scene, variant and level, a line each; or what a shape is made of */
-    uint32_t model;
+    char *key;       /* its path, scene, variant and level, a line each; what a shape is made of; or of a
+                        sky APP_SKY_PREFIX and its path */
+    uint32_t number; /* in the scene store, or as kd_sky.image */
 } app_loaded;
+#define APP_SKY_PREFIX "sky:"
 
 typedef struct app_scene {
     kd_world *world;
@@ -67,10 +69,14 @@ kd_status app_scene_load_script(app_scene *scene, const app_options *options);
 /** Register a model file with the store, once a path, scene and variant (by name, NULL: as the file says). */
 kd_status app_scene_model(app_scene *scene, const char *path, const kd_model_options *options, uint32_t *out);
 
+/** Read the picture of a sky, once a path. Returns its number as kd_sky.image. Errors as kd_sky_image_load,
+ * TOO_LARGE for more than half a gigabyte of them */
+kd_status app_scene_sky(app_scene *scene, const char *path, uint32_t *out);
+
 /** Find what was registered under a key, or is by the scene beside, whose model is then shared. */
 bool app_scene_find_loaded(app_scene *scene, const char *key, uint32_t *out);
 /** Remember what was registered under a key. */
-kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t model);
+kd_status app_scene_add_loaded(app_scene *scene, const char *key, uint32_t number);
 
 /** Tell whether scenarios and --set may set a field: not those that number entries of the scene store. */
 bool app_may_write(const char *component, const char *field);

@@ -10,7 +10,6 @@
 #include "runtime/app/console.h"
 #include "runtime/app/interrupt.h"
 #include "runtime/app/scene.h"
-#include "runtime/asset/sky_image.h"
 #include "runtime/core/log.h"
 
 /* ---- limits: a few lines can ask for millions, which no frame would ever show ---- */
@@ -217,14 +216,10 @@ static kd_status spawn_model(app_scene *scene, const kd_script_spawn *spawn, kd_
 /* A picture round the scene; what the scenario says of its sky follows. */
 static kd_status add_sky(app_scene *scene, const char *path, kd_entity e)
 {
-    kd_sky_image image;
-    kd_status status = kd_sky_image_load(path, &image);
+    kd_sky sky = *(const kd_sky *)kd_sky_desc.default_value;
+    kd_status status = app_scene_sky(scene, path, &sky.image);
     if (status != KD_OK)
         return status;
-    kd_sky sky = *(const kd_sky *)kd_sky_desc.default_value;
-    sky.image = kd_sky_add_image(scene->world, (kd_sky_map){image.width, image.height, image.rgb});
-    if (!sky.image)
-        return kd_fail(KD_NO_MEMORY, "%s: no memory for it; use a smaller picture", path);
     return kd_set_value(scene->world, e, (kd_value){&kd_sky_desc, &sky});
 }
 

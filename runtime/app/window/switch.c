@@ -84,10 +84,14 @@ void window_watch_files(window_session *s)
     for (uint32_t i = 0; i < scene->loaded_count; i++) {
         char path[KD_PATH_MAX];
         const char *key = scene->loaded[i].key; /* the path is its first line */
+        if (strncmp(key, APP_SKY_PREFIX, strlen(APP_SKY_PREFIX)) == 0) {
+            window_watch_file(s->watch, key + strlen(APP_SKY_PREFIX), WINDOW_CHANGED_MODEL);
+            continue;
+        }
         snprintf(path, sizeof path, "%.*s", (int)strcspn(key, "\n"), key);
         if (!is_scene(path))
             continue;
-        const kd_model *model = store->models[scene->loaded[i].model].model;
+        const kd_model *model = store->models[scene->loaded[i].number].model;
         window_watch_file(s->watch, path, WINDOW_CHANGED_MODEL);
         for (uint32_t k = 0; k < model->file_count; k++)
             window_watch_file(s->watch, model->files[k], WINDOW_CHANGED_MODEL);
