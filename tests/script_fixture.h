@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "runtime/core/log.h"
@@ -89,10 +90,12 @@ static const kd_component_desc fixture_animation_desc = {.name = "animation",
 static const char *const *fixture_params; /* for the next load */
 static uint32_t fixture_param_count;
 
-static char fixture_message[2048]; /* the last error */
-static char fixture_said[2048];    /* the last line printed by the scenario */
+static char fixture_message[2048];          /* the last error */
+static char fixture_said[2048];             /* the last line printed by the scenario */
 static bool (*fixture_stopped)(void *user); /* NULL: nobody stops it */
 static int fixture_errors, fixture_infos;
+static double fixture_time_limit_s; /* for the next load; 0: the usual */
+static int fixture_spawns;
 static char fixture_folder[64];
 static kd_script_spawn fixture_spawned;
 static char fixture_model[4096], fixture_played[64];
@@ -110,8 +113,13 @@ static inline kd_status fixture_spawn(void *user, const kd_script_spawn *spawn, 
 {
     kd_world *w = user;
     fixture_spawned = *spawn;
+    fixture_spawns++;
+    if (spawn->model && strstr(spawn->model, "slow"))
+        nanosleep(&(struct timespec){.tv_sec = 1, .tv_nsec = 200000000}, NULL);
+    if (spawn->model && strstr(spawn->model, "tired"))
+        nanosleep(&(struct timespec){.tv_nsec = 5000000}, NULL);
     snprintf(fixture_model, sizeof fixture_model, "%s", spawn->model ? spawn->model : "");
-    if (spawn->model && strstr(spawn->model, "broken")) {
+    if (spawn->model && (strstr(spawn->model, "broken") || strstr(spawn->model, "tired"))) {
         snprintf(error->text, sizeof error->text, "%s: is broken; repair it", spawn->model);
         return KD_BAD_FORMAT;
     }
@@ -208,6 +216,7 @@ static inline kd_status fixture_load(kd_world *w, const char *text, kd_script **
                                             .seed = 42,
                                             .memory_limit = (size_t)32 << 20,
                                             .instruction_limit = 2000000,
+                                            .time_limit_s = fixture_time_limit_s,
                                             .world = w,
                                             .host = {.user = w,
                                                      .spawn = fixture_spawn,

@@ -29,7 +29,8 @@ typedef struct app_scene {
     bool started;        /* kandil.scene comes too late */
     app_loaded *loaded;
     uint32_t loaded_count, loaded_capacity;
-    uint64_t shape_triangles;                        /* of all shapes that its scenario has made */
+    int32_t entities_max;     /* what the command line allows: a scenario may lower it */
+    uint64_t shape_triangles; /* of all shapes that its scenario has made */
     void (*asked_for)(void *user, const char *path); /* as in its options */
     void *asked_for_user;
     const struct app_scene *beside; /* while it loads: another scene, whose models may be shared; or NULL */

@@ -28,9 +28,10 @@ static kd_status check_room(const app_scene *scene, uint64_t more)
         return kd_fail(KD_INTERRUPTED, "interrupted");
     if (kd_entity_count(scene->world) + more <= limit)
         return KD_OK;
-    return kd_fail(KD_TOO_LARGE,
-                   "more than %llu entities would be in the scene; make fewer, or raise script.entities",
-                   (unsigned long long)limit);
+    return kd_fail(
+        KD_TOO_LARGE,
+        "more than %llu entities would be in the scene; make fewer, or say --set script.entities=…",
+        (unsigned long long)limit);
 }
 
 /* Count an entity and what hangs below it, to `most` at most. */
@@ -83,7 +84,15 @@ static kd_status set_setting(void *user, const char *assignment, kd_script_error
 {
     app_scene *scene = user;
     app_console_capture(error->text, sizeof error->text);
+    int32_t entities = scene->settings.script_entities;
     kd_status status = kd_settings_set(&scene->settings, assignment);
+    if (scene->settings.script_entities > entities && scene->settings.script_entities > scene->entities_max) {
+        scene->settings.script_entities = entities;
+        status = kd_fail(KD_OUT_OF_RANGE,
+                         "script.entities may be lowered here, but not raised above %d; say --set "
+                         "script.entities=… on the command line",
+                         (int)scene->entities_max);
+    }
     app_console_capture(NULL, 0);
     return status;
 }
@@ -302,6 +311,7 @@ kd_status app_scene_load_script(app_scene *scene, const app_options *options)
     for (uint32_t i = 0; i < options->set_count; i++)
         if (app_is_param(options->sets[i]))
             params[param_count++] = options->sets[i] + strlen(APP_PARAM_PREFIX);
+    scene->entities_max = scene->settings.script_entities;
     kd_status status = kd_script_load(
         &(kd_script_desc){
             .path = options->subject,

@@ -22,8 +22,7 @@ void script_play(lua_State *L, kd_entity e, const kd_script_play *play)
     kd_script_error error = {""};
     if (!script->host.play)
         luaL_error(L, "clips cannot be played here");
-    uint64_t began = script_host_begin(L);
-    script_host_end(L, began, script->host.play(script->host.user, e, play, &error), &error);
+    script_host_check(L, script->host.play(script->host.user, e, play, &error), &error);
 }
 
 void script_clip_started(kd_script *script, kd_entity e)
@@ -52,9 +51,8 @@ int script_on_clip(lua_State *L)
     luaL_checktype(L, 4, LUA_TFUNCTION);
     if (!script->host.find_clip)
         return luaL_error(L, "clips cannot be played here");
-    uint64_t began = script_host_begin(L);
-    script_host_end(L, began, script->host.find_clip(script->host.user, e, name, &clip, &length_s, &error),
-                    &error);
+    script_host_check(L, script->host.find_clip(script->host.user, e, name, &clip, &length_s, &error),
+                      &error);
     if (!(at_s >= 0 && at_s <= (double)length_s))
         return luaL_error(L, "clip '%s' is %f s long; choose a time in it instead of %f", name,
                           (double)length_s, at_s);

@@ -149,10 +149,12 @@ static int entity_clone(lua_State *L)
         if (kd_entity_equal(up, e))
             return luaL_error(L, "a copy cannot hang below what is copied; choose another parent");
     const char *name = script_get_string(L, 2, "clone", "name");
-    uint64_t began = script_host_begin(L);
+    uint64_t before = kd_entity_count(script->world);
+    script_look(L);
     kd_status status = script->host.clone ? script->host.clone(script->host.user, e, parent, &copy, &error)
                                           : kd_instantiate(script->world, e, parent, 1, &copy);
-    script_host_end(L, began, status, &error);
+    script_host_check(L, status, &error);
+    script_charge_entities(L, before);
     if (kd_set_name(script->world, copy, name ? name : kd_get_name(script->world, e)) != KD_OK)
         return luaL_error(L, "out of memory");
     script_set_components(L, 2, copy);

@@ -16,8 +16,10 @@ typedef struct script_budget {
     size_t memory_used, memory_limit;
     uint64_t allocations; /* ever made */
     int64_t instructions_left;
+    int64_t unlooked; /* charged since the last look at the clock */
     uint64_t deadline_ns;
-    bool exhausted; /* instructions or time: stays set until the next call */
+    uint64_t loading_ns; /* by which the deadline was put off for what was read */
+    bool exhausted;      /* instructions or time: stays set until the next call */
     bool over_memory;
     script_pool pool;
 } script_budget;
@@ -107,13 +109,16 @@ static inline kd_script *script_of(lua_State *L)
     return *(kd_script **)lua_getextraspace(L);
 }
 
-/* ---- sandbox.c, sandbox_string.c: libraries and limits ---- */
+/* ---- sandbox.c, sandbox_string.c, sandbox_table.c, sandbox_walks.c: libraries and limits ---- */
 lua_State *script_sandbox_make(kd_script *script); /* NULL when memory is out */
 void script_sandbox_open(lua_State *L, uint64_t seed);
 void script_sandbox_string(lua_State *L); /* replaces what could run for ever in the string library */
+void script_sandbox_table(lua_State *L);  /* likewise in the table library */
+void script_sandbox_walks(lua_State *L);  /* likewise in other functions of texts */
 void script_budget_start(kd_script *script);
-bool script_is_stopped(const kd_script *script); /* by its host */
+bool script_is_stopped(const kd_script *script);        /* by its host */
 void script_charge(lua_State *L, int64_t instructions); /* raises when the budget is used up */
+void script_look(lua_State *L); /* raises when the time is used up too, or the host has stopped */
 
 uint64_t script_creation_number(const void *block); /* of what the sandbox's allocator gave */
 
@@ -269,8 +274,9 @@ extern const script_function script_functions[];
 /** Put the line of the innermost Lua function before the error at the top, unless a place stands there. */
 void script_explain(lua_State *L);
 
-/** Start and end work of the host, whose time is not the scenario's. Raises what it says when it failed. */
-uint64_t script_host_begin(lua_State *L);
-void script_host_end(lua_State *L, uint64_t began_ns, kd_status status, const kd_script_error *error);
+/** Raise what the host says when its work failed. */
+void script_host_check(lua_State *L, kd_status status, const kd_script_error *error);
+/** Charge for the entities that came since there were `before`. */
+void script_charge_entities(lua_State *L, uint64_t before);
 
 #endif

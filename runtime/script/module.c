@@ -64,9 +64,7 @@ static void load_module(lua_State *L, const char *shown, const char *path)
     size_t size;
     if (!script_add_chunk(script, shown, path))
         luaL_error(L, "require: no room for '%s'; load fewer modules", shown);
-    uint64_t began = script_host_begin(L);
     kd_status status = kd_file_read(path, MAX_SOURCE_BYTES, &data, &size);
-    script_host_end(L, began, KD_OK, NULL);
     if (status != KD_OK)
         luaL_error(L, "require: '%s' cannot be read; check the file", shown);
     char name[sizeof script->chunks->name + 2];

@@ -3,9 +3,9 @@
  * Instructions are counted by a hook that every coroutine inherits. Once the budget is used up the hook
  * raises at every instruction, so that no pcall can hold the error back for ever, and the allocator refuses
  * to grow. What could loop inside one library call, without an instruction, is replaced here and in
- * sandbox_string.c, or charges the budget. Lua code that would run with hooks switched off is kept out:
- * finalizers, the handler of xpcall while a hook raises, and the to-be-closed variables of a coroutine in
- * which a hook has raised. */
+ * sandbox_string.c, sandbox_table.c and sandbox_walks.c, or charges the budget. Lua code that would run with
+ * hooks switched off is kept out: finalizers, the handler of xpcall while a hook raises, and the to-be-closed
+ * variables of a coroutine in which a hook has raised. */
 #include "runtime/script/internal.h"
 
 #include <lualib.h>
@@ -18,10 +18,11 @@
 /* What a line of the log costs in instructions: a step writes some megabytes at most. */
 #define LINE_COST      2000
 #define LINE_COST_BYTE 16
-#define HOOK_PERIOD   200 /* instructions between two looks at the clock: below 1 % of the run time */
-#define BYTES_CHARGED 256 /* allocated bytes that cost as much as one instruction */
-#define GC_PAUSE      400 /* per cent of what lives before Lua looks for garbage: half the work of its 200 */
-#define MAX_LIST      4194304 /* entries of a list that one call of the table library may walk */
+#define HOOK_PERIOD    200  /* instructions between two looks at the clock: below 1 % of the run time */
+#define BYTES_CHARGED  256  /* allocated bytes that cost as much as one instruction */
+#define LOOK_AFTER     4096 /* charged instructions after which the clock is looked at too */
+#define TEXT_BYTES     32   /* of a text walked that cost as much as one instruction */
+#define GC_PAUSE       400 /* per cent of what lives before Lua looks for garbage: half the work of its 200 */
 
 /* Before every block stands the number of the allocation, by which objects have an order of their own
  * (order.c): addresses differ from run to run, numbers of two objects compare alike in all. */
@@ -93,14 +94,24 @@ static void count_hook(lua_State *L, lua_Debug *activation)
     raise_exhausted(L, 0);
 }
 
+/* Many calls that each do much fit between two looks of the hook: they look themselves. */
+void script_look(lua_State *L)
+{
+    script_budget *budget = &script_of(L)->budget;
+    budget->unlooked = 0;
+    budget->exhausted = budget->exhausted || script_is_stopped(script_of(L)) ||
+                        budget->instructions_left <= 0 || kd_clock_ns() >= budget->deadline_ns;
+    if (budget->exhausted)
+        raise_exhausted(L, 1);
+}
+
 void script_charge(lua_State *L, int64_t instructions)
 {
     script_budget *budget = &script_of(L)->budget;
     budget->instructions_left -= instructions;
-    if (budget->instructions_left <= 0 || budget->exhausted) {
-        budget->exhausted = true;
-        raise_exhausted(L, 1);
-    }
+    budget->unlooked += instructions;
+    if (budget->instructions_left <= 0 || budget->exhausted || budget->unlooked >= LOOK_AFTER)
+        script_look(L);
 }
 
 bool script_is_stopped(const kd_script *script)
@@ -113,6 +124,8 @@ void script_budget_start(kd_script *script)
     script_budget *budget = &script->budget;
     budget->instructions_left = (int64_t)script->instruction_limit;
     budget->deadline_ns = kd_clock_ns() + script->time_limit_ns;
+    budget->loading_ns = 0;
+    budget->unlooked = 0;
     budget->exhausted = false;
     budget->over_memory = false;
     lua_sethook(script->L, count_hook, LUA_MASKCOUNT, HOOK_PERIOD);
@@ -230,43 +243,7 @@ static int print_line(lua_State *L)
     return 0;
 }
 
-/* ---- table and maths libraries ---- */
-
-/* Upvalue: the library's own function. Its first argument's length is what it may walk. */
-static int bounded_table_call(lua_State *L)
-{
-    lua_Integer length = lua_istable(L, 1) ? luaL_len(L, 1) : 0;
-    if (length > MAX_LIST)
-        return luaL_error(L, "a list of %I entries is too long; keep it below %d", (LUAI_UACINT)length,
-                          MAX_LIST);
-    for (int i = 2; i <= lua_gettop(L); i++) { /* ranges: table.move, table.concat, table.unpack */
-        int exact;
-        lua_Integer n = lua_tointegerx(L, i, &exact);
-        if (exact && lua_type(L, i) == LUA_TNUMBER && !lua_toboolean(L, lua_upvalueindex(2)) &&
-            (n > MAX_LIST || n < -MAX_LIST))
-            return luaL_error(L, "an index of %I is out of range; keep it below %d", (LUAI_UACINT)n,
-                              MAX_LIST);
-    }
-    script_charge(L, length > 0 ? length / 4 : 0);
-    int count = lua_gettop(L);
-    lua_pushvalue(L, lua_upvalueindex(1));
-    lua_insert(L, 1);
-    lua_call(L, count, LUA_MULTRET);
-    return lua_gettop(L);
-}
-
-static void bound_table_library(lua_State *L)
-{
-    static const char *const names[] = {"insert", "remove", "concat", "unpack", "sort", "move"};
-    lua_getglobal(L, "table");
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        lua_getfield(L, -1, names[i]);
-        lua_pushboolean(L, i < 1); /* insert's numbers may be values */
-        lua_pushcclosure(L, bounded_table_call, 2);
-        lua_setfield(L, -2, names[i]);
-    }
-    lua_pop(L, 1);
-}
+/* ---- maths library ---- */
 
 /* Upvalue: math.randomseed, which without argument would take the time. */
 static int seeded_randomseed(lua_State *L)
@@ -323,8 +300,9 @@ void script_sandbox_open(lua_State *L, uint64_t seed)
     lua_pushnil(L); /* requiref's list of loaded modules */
     lua_setfield(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
     replace_base_library(L);
-    bound_table_library(L);
+    script_sandbox_table(L);
     script_sandbox_string(L);
+    script_sandbox_walks(L);
     script_order_open(L);
     script_text_open(L);
     seed_math_library(L, seed);

@@ -102,6 +102,10 @@ static void exit_codes_and_messages_are_as_promised(void **state)
         {"run copies.lua", 1, "copies.lua:2: more than 250000 entities would be in the scene"},
         {"run copies.lua --set script.entities=9", 1, "more than 9 entities would be in the scene"},
         {"run crowd.lua --set script.entities=99", 1, "crowd.lua:1: more than 99 entities"},
+        {"run raise.lua", 1,
+         "raise.lua:3: settings: script.entities may be lowered here, but not raised above "
+         "250000; "},
+        {"run raise.lua --set script.entities=300000", 0, ""},
         {"run deep.lua", 1, "deep.lua:2: the entity would hang more than 65535 deep"},
         {"run deeper.lua", 1, "deeper.lua:3: an entity cannot hang below itself, nor more than 65535 deep"},
         {"info scene.lua", 2, ".glb"},
@@ -117,6 +121,9 @@ static void exit_codes_and_messages_are_as_promised(void **state)
     write_file("deeper.lua",
                "local e = kandil.spawn {}\nfor i = 1, 65535 do e = kandil.spawn { parent = e } end\n"
                "kandil.spawn {}.parent = e\n");
+    write_file("raise.lua", "kandil.scene { size = {16, 16}, fps = 10, seconds = 0.1, gi = 'none' }\n"
+                            "kandil.set('script.entities', 9) kandil.set('script.entities', 250000)\n"
+                            "kandil.set('script.entities', 300000)\n");
     write_file("crowd.lua", "for i = 1, 100 do kandil.spawn {} end\n");
     write_file(
         "shapes.lua",

@@ -113,6 +113,99 @@ static void loops_inside_one_library_call_are_refused(void **state)
     assert_int_equal(run("assert(string.rep('', 1 << 62) == '')"), KD_OK);
 }
 
+/* Each line holds more work than the limit in few instructions. */
+static void work_inside_library_calls_is_charged(void **state)
+{
+    (void)state;
+    static const char *const scripts[] = {
+        "local t = {} for i = 1, 200000 do t[i] = i * 7919 % 200003 end table.sort(t, math.ult)",
+        "local t = {} for i = 1, 200000 do t[i] = i * 7919 % 200003 end table.sort(t)",
+        "local u = setmetatable({}, {__index = table.concat}) for i = 1, 3 do table.concat(u, '', 1, "
+        "1000000) "
+        "end",
+        "local u = setmetatable({}, {__index = rawlen, __newindex = rawequal})\n"
+        "for i = 1, 3 do table.move(u, 1, 1000000, 1, u) end",
+        "local u = setmetatable({}, {__index = rawlen}) for i = 1, 30 do table.unpack(u, 1, 100000) end",
+        "local u = setmetatable({}, {__len = function() return 1000000 end, __newindex = rawequal})\n"
+        "for i = 1, 3 do table.insert(u, 1, 1) end",
+        "local u = setmetatable({}, {__len = function() return 1000000 end, __newindex = rawequal})\n"
+        "for i = 1, 3 do table.remove(u, 1) end",
+        "local s = (' '):rep(4000000) for i = 1, 20 do tonumber(s) end",
+        "local s = (' '):rep(4000000) for i = 1, 400 do pcall(function() return s + 1 end) end",
+        "local s = ('a'):rep(4000000) for i = 1, 20 do utf8.len(s) end",
+        "local s = ('a'):rep(4000000) for i = 1, 20 do utf8.offset(s, 4000000) end",
+        "local s = ('a'):rep(4000000) for i = 1, 400 do pcall(utf8.codepoint, s, 1, -1) end",
+        "local s = 'a' .. ('\\128'):rep(4000000) local f = utf8.codes(s) for i = 1, 400 do pcall(f, s, 1) "
+        "end",
+    };
+    for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
+        expect_failure(scripts[i], "ran for too long");
+}
+
+/* The table library is our own: each from the reference manual, section 6.6. */
+static void lists_change_as_the_manual_says(void **state)
+{
+    (void)state;
+    assert_int_equal(
+        run("local function is(t, says) local s = table.concat(t, ' ') if s ~= says then error(s, 2) end "
+            "end\n"
+            "local t = {1, 2, 3} table.insert(t, 4) is(t, '1 2 3 4') table.insert(t, 1, 0) is(t, '0 1 2 3 "
+            "4')\n"
+            "table.insert(t, 3, 9) is(t, '0 1 9 2 3 4') table.insert(t, 7, 5) is(t, '0 1 9 2 3 4 5')\n"
+            "assert(not pcall(table.insert, t, 9, 1) and not pcall(table.insert, t, 0, 1) and not "
+            "pcall(table.insert, t) and not pcall(table.insert, nil, 1))\n"
+            "assert(table.remove(t) == 5 and table.remove(t, 3) == 9 and table.remove(t, 1) == 0) is(t, '1 2 "
+            "3 "
+            "4')\n"
+            "assert(table.remove(t, 5) == nil and not pcall(table.remove, t, 6)) assert(#t == 4)\n"
+            "assert(table.remove({}) == nil and table.remove({[0] = 7}, 0) == 7)\n"
+            "is(table.move({1, 2, 3}, 1, 3, 2), '1 1 2 3') is(table.move({1, 2, 3}, 2, 3, 1), '2 3 3')\n"
+            "is(table.move({1, 2, 3}, 1, 3, 2, {9}), '9 1 2 3') assert(not pcall(table.move, {}, 1))\n"
+            "assert(table.concat({1, 'b', 2.5}, ', ') == '1, b, 2.5' and table.concat({}) == '')\n"
+            "assert(table.concat({1, 2, 3, 4}, '-', 2, 3) == '2-3' and not pcall(table.concat, {{}}))\n"
+            "assert(select('#', table.unpack({1, nil, 3}, 1, 3)) == 3 and table.unpack({5, 6}, 2) == 6)\n"
+            "assert(select('#', table.unpack({}, 2, 1)) == 0)\n"
+            "t = {3, 1, 2} table.sort(t) is(t, '1 2 3') table.sort(t, function(a, b) return a > b end) is(t, "
+            "'3 2 1')\n"
+            "t = {'b', 'a'} table.sort(t) is(t, 'a b') assert(not pcall(table.sort, {1, 'x'}) and not "
+            "pcall(table.sort, t, 5))\n"
+            "local codes = {} for _, c in utf8.codes('a\\u{e9}\\u{20ac}') do codes[#codes + 1] = c end\n"
+            "is(codes, '97 233 8364')\n"
+            "assert(utf8.len('a\\u{e9}b') == 3 and utf8.len('a\\u{e9}b', 2, -2) == 1 and utf8.len('') == 0)\n"
+            "assert(utf8.codepoint('a\\u{e9}b', -1) == 98 and select('#', utf8.codepoint('abc', 1, -1)) == "
+            "3)\n"
+            "assert(utf8.offset('a\\u{e9}b', 3) == 4 and utf8.offset('a\\u{e9}b', -1) == 4 and "
+            "utf8.offset('a', 5) == nil)\n"
+            "local long, sum = ('ab'):rep(20000), 0\n" /* a look at a part costs what the part does */
+            "for i = 1, 20000 do sum = sum + long:byte(i) + #long:sub(i, i) + utf8.offset(long, 2, i) + "
+            "utf8.codepoint(long, i) end\n"
+            "assert('10' + 5 == 15 and -'2' == -2 and tonumber('ff', 16) == 255 and tonumber('x') == nil)\n"),
+        KD_OK);
+}
+
+static void copies_are_charged_by_their_entities(void **state)
+{
+    (void)state;
+    expect_failure("local top = kandil.spawn{} for i = 1, 1000 do kandil.spawn{parent = top} end\n"
+                   "for i = 1, 30 do top:clone():destroy() end",
+                   "scene.lua:2: ran for too long");
+}
+
+/* The limit is 1 s; what is "slow" takes longer, what is "tired" fails after 5 ms. */
+static void only_reading_a_file_first_puts_off_the_end(void **state)
+{
+    (void)state;
+    fixture_time_limit_s = 1;
+    fixture_write("slow.glb", "x", 1);
+    fixture_write("tired.glb", "x", 1);
+    assert_int_equal(run("kandil.spawn{model = 'slow.glb'}"), KD_OK);
+    expect_failure("for i = 1, 2 do kandil.spawn{model = 'slow.glb'} end", "ran for too long");
+    fixture_spawns = 0;
+    expect_failure("while true do pcall(kandil.spawn, {model = 'tired.glb'}) end", "ran for too long");
+    assert_in_range(fixture_spawns, 1, 201);
+    fixture_time_limit_s = 0;
+}
+
 static void memory_is_bounded(void **state)
 {
     (void)state;
@@ -327,6 +420,10 @@ int main(void)
         cmocka_unit_test(the_system_is_out_of_reach),
         cmocka_unit_test(endless_work_is_stopped),
         cmocka_unit_test(loops_inside_one_library_call_are_refused),
+        cmocka_unit_test(work_inside_library_calls_is_charged),
+        cmocka_unit_test(lists_change_as_the_manual_says),
+        cmocka_unit_test(copies_are_charged_by_their_entities),
+        cmocka_unit_test(only_reading_a_file_first_puts_off_the_end),
         cmocka_unit_test(memory_is_bounded),
         cmocka_unit_test(errors_name_the_line),
         cmocka_unit_test(files_stay_below_the_scenario),
