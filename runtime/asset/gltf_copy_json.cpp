@@ -41,40 +41,46 @@ void copy_required(copier &to, gltf_document &out, const gltf_scan *scan)
     out.extensions_required = to.strings(names);
 }
 
-void copy_buffers(copier &to, gltf_document &out, const gltf_scan *scan)
+/* A row for each object of a list, filled by `fill(row, object, where)`. */
+template <typename Row, typename Fill>
+static void object_rows(copier &to, Row *&rows, size_t &count, const nlohmann::json &list, const char *name,
+                        Fill fill)
 {
-    nlohmann::json list = parse_list(scan->buffers, scan->buffers_size, "buffers");
-    out.buffers = to.rows<gltf_buffer>(list.size());
+    rows = to.rows<Row>(list.size());
     for (const auto &item : list) {
-        std::string where = "buffers[" + std::to_string(out.buffer_count) + "]";
-        gltf_buffer &row = out.buffers[out.buffer_count++];
+        std::string where = std::string(name) + "[" + std::to_string(count) + "]";
+        Row &row = rows[count++];
         if (!item.is_object())
             throw malformed("an entry is not an object (" + where + ")");
-        auto length = item.find("byteLength");
-        if (length == item.end() || !length->is_number_unsigned())
-            throw malformed("'byteLength' is missing or not a positive integer (" + where + ")");
-        row.byte_length = length->get<uint64_t>();
-        row.uri = string_member(to, item, "uri", where);
+        fill(row, item, where);
     }
+}
+
+void copy_buffers(copier &to, gltf_document &out, const gltf_scan *scan)
+{
+    object_rows(to, out.buffers, out.buffer_count, parse_list(scan->buffers, scan->buffers_size, "buffers"),
+                "buffers", [&](gltf_buffer &row, const nlohmann::json &item, const std::string &where) {
+                    auto length = item.find("byteLength");
+                    if (length == item.end() || !length->is_number_unsigned())
+                        throw malformed("'byteLength' is missing or not a positive integer (" + where + ")");
+                    row.byte_length = length->get<uint64_t>();
+                    row.uri = string_member(to, item, "uri", where);
+                });
 }
 
 void copy_images(copier &to, gltf_document &out, const gltf_scan *scan)
 {
-    nlohmann::json list = parse_list(scan->images, scan->images_size, "images");
-    out.images = to.rows<gltf_image>(list.size());
-    for (const auto &item : list) {
-        std::string where = "images[" + std::to_string(out.image_count) + "]";
-        gltf_image &row = out.images[out.image_count++];
-        if (!item.is_object())
-            throw malformed("an entry is not an object (" + where + ")");
-        row.name = string_member(to, item, "name", where);
-        row.uri = string_member(to, item, "uri", where);
-        row.mime = string_member(to, item, "mimeType", where);
-        auto view = item.find("bufferView");
-        row.view = view == item.end() ? -1 : view->is_number_integer() ? view->get<int>() : INT_MAX;
-        if (!row.uri == (row.view == -1))
-            throw malformed("exactly one of 'uri' and 'bufferView' must be there (" + where + ")");
-    }
+    object_rows(
+        to, out.images, out.image_count, parse_list(scan->images, scan->images_size, "images"), "images",
+        [&](gltf_image &row, const nlohmann::json &item, const std::string &where) {
+            row.name = string_member(to, item, "name", where);
+            row.uri = string_member(to, item, "uri", where);
+            row.mime = string_member(to, item, "mimeType", where);
+            auto view = item.find("bufferView");
+            row.view = view == item.end() ? -1 : view->is_number_integer() ? view->get<int>() : INT_MAX;
+            if (!row.uri == (row.view == -1))
+                throw malformed("exactly one of 'uri' and 'bufferView' must be there (" + where + ")");
+        });
 }
 
 /* ---- cages in `extras` ---- */

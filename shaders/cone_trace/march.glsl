@@ -19,40 +19,45 @@ void march_step(inout cone_result all, inout float through[KD_MAX_CONES], float 
     all.samples++;
 }
 
+// Where a march stands: how far, at which cone of the set, and what the next sample is taken of.
+struct march_state {
+    float t;
+    uint turn;
+    set_cone cone;
+    cone_place at;
+};
+
+march_state march_at(float t, cone_result r, vec3 origin_ws, mat3 frame, uint variant, cone_settings settings)
+{
+    uint turn = march_turn(r.samples, variant);
+    set_cone cone = cone_of_set(turn, variant, frame);
+    return march_state(t, turn, cone, cone_place_at(t, r, origin_ws, cone.axis, gather.cone.x, settings));
+}
+
 // Returns what all cones together give, `through` what each lets pass. Loops as in cone_trace (shaders/include/cone.glsl).
 cone_result march_cones(out float through[KD_MAX_CONES], vec3 origin_ws, mat3 frame, uint variant, float start, cone_settings settings)
 {
     // Diameters grow with t, and so do steps: of each a share that makes a round as long as a cone's own step.
-    float tan_half = gather.cone.x, t = start, growth = 2.0 * tan_half * settings.far * settings.step;
+    float growth = 2.0 * gather.cone.x * settings.far * settings.step;
     float share = (pow(1.0 + growth, 1.0 / float(gather.size.w)) - 1.0) / growth;
     for (int i = 0; i < KD_MAX_CONES; i++)
         through[i] = 1.0;
     cone_result r = cone_begin();
-    uint turn = march_turn(0, variant);
-    set_cone cone = cone_of_set(turn, variant, frame);
-    cone_place at = cone_place_at(t, r, origin_ws, cone.axis, tan_half, settings);
+    march_state m = march_at(start, r, origin_ws, frame, variant, settings);
     do {
         do {
-            if (at.goes_on && at.sparse) {
-                vec4 v = cone_sample_sparse(r, at, cone.facing);
-                march_step(r, through, t, turn, cone.weight, v, at.stride, settings.falloff);
-                t += share * at.stride;
-                turn = march_turn(r.samples, variant);
-                cone = cone_of_set(turn, variant, frame);
-                at = cone_place_at(t, r, origin_ws, cone.axis, tan_half, settings);
+            if (m.at.goes_on && m.at.sparse) {
+                march_step(r, through, m.t, m.turn, m.cone.weight, cone_sample_sparse(r, m.at, m.cone.facing), m.at.stride, settings.falloff);
+                m = march_at(m.t + share * m.at.stride, r, origin_ws, frame, variant, settings);
             }
-        } while (at.goes_on && at.sparse);
+        } while (m.at.goes_on && m.at.sparse);
         do {
-            if (at.goes_on && !at.sparse) {
-                vec4 v = cone_sample_wide(r, at, cone.facing);
-                march_step(r, through, t, turn, cone.weight, v, at.stride, settings.falloff);
-                t += share * at.stride;
-                turn = march_turn(r.samples, variant);
-                cone = cone_of_set(turn, variant, frame);
-                at = cone_place_at(t, r, origin_ws, cone.axis, tan_half, settings);
+            if (m.at.goes_on && !m.at.sparse) {
+                march_step(r, through, m.t, m.turn, m.cone.weight, cone_sample_wide(r, m.at, m.cone.facing), m.at.stride, settings.falloff);
+                m = march_at(m.t + share * m.at.stride, r, origin_ws, frame, variant, settings);
             }
-        } while (at.goes_on && !at.sparse);
-    } while (at.goes_on);
+        } while (m.at.goes_on && !m.at.sparse);
+    } while (m.at.goes_on);
     return r;
 }
 
