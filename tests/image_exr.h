@@ -15,13 +15,6 @@ extern "C" {
  */
 float *image_exr_decode(const void *data, size_t size, uint32_t *width, uint32_t *height);
 
-/** Decode one channel of an OpenEXR file.
- *
- *  Returns height rows of width values, row 0 on top, which the caller frees; NULL when the file has no such
- * channel
- */
-float *image_exr_channel(const void *data, size_t size, const char *name, uint32_t *width, uint32_t *height);
-
 #ifdef __cplusplus
 }
 #endif

@@ -13,11 +13,22 @@ static bool is_picture(const char *path)
     return kd_path_has_extension(path, ".exr") || kd_path_has_extension(path, ".png");
 }
 
-static kd_status write_reports(const app_options *o, const app_comparison *c)
+kd_status app_comparison_report(const app_options *o, const char *title, const char *reference,
+                                app_pair *pairs, uint32_t count)
 {
-    kd_status status = o->json ? app_comparison_write_json(o->json, c) : KD_OK;
+    app_row row = {.name = "picture", .frame_ms = NAN, .gi_ms = NAN, .pair_count = count};
+    app_comparison c = {.title = title,
+                        .width = pairs->test.width,
+                        .height = pairs->test.height,
+                        .rows = &row,
+                        .pairs = pairs,
+                        .row_count = 1,
+                        .pair_count = count};
+    snprintf(c.reference, sizeof c.reference, "%.120s", reference);
+    app_comparison_print(&c);
+    kd_status status = o->json ? app_comparison_write_json(o->json, &c) : KD_OK;
     if (status == KD_OK && o->html)
-        status = app_comparison_write_html(o->html, c);
+        status = app_comparison_write_html(o->html, &c);
     return status;
 }
 
@@ -47,35 +58,25 @@ static kd_status settings_of(const app_options *o, kd_settings *out)
     return status;
 }
 
-static kd_status compare_pictures(const app_options *o)
+static kd_status compare_pictures(const app_options *o, const kd_settings *settings)
 {
     app_pair pair = {.tracer_s = NAN};
-    kd_settings settings;
-    kd_status status = settings_of(o, &settings);
+    kd_status status = read_pair(o, &pair);
     if (status == KD_OK)
-        status = read_pair(o, &pair);
+        status = app_pair_measure(&pair, app_picture_exposure(&pair.reference, settings),
+                                  (kd_tonemap)settings->view_tonemap, true);
     if (status == KD_OK)
-        status = app_pair_measure(&pair, app_picture_exposure(&pair.reference, &settings),
-                                  (kd_tonemap)settings.view_tonemap, true);
-    if (status == KD_OK) {
-        app_row row = {.name = "picture", .frame_ms = NAN, .gi_ms = NAN, .pair_count = 1};
-        app_comparison c = {.title = o->subject,
-                            .width = pair.test.width,
-                            .height = pair.test.height,
-                            .rows = &row,
-                            .pairs = &pair,
-                            .row_count = 1,
-                            .pair_count = 1};
-        snprintf(c.reference, sizeof c.reference, "%.120s", o->second);
-        app_comparison_print(&c);
-        status = write_reports(o, &c);
-    }
+        status = app_comparison_report(o, o->subject, o->second, &pair, 1);
     app_pair_fini(&pair);
     return status;
 }
 
 kd_status app_compare_run(const app_options *o)
 {
+    kd_settings settings;
+    if (!is_picture(o->subject) && o->temporal)
+        return kd_fail(KD_USAGE,
+                       "--temporal compares two frames; give two .exr that `kandil run --layers` wrote");
     if (!is_picture(o->subject))
         return o->second
                    ? kd_fail(KD_USAGE, "unexpected argument '%s'; give two pictures, or one scene", o->second)
@@ -85,5 +86,8 @@ kd_status app_compare_run(const app_options *o)
                        o->subject);
     if (!is_picture(o->second))
         return kd_fail(KD_USAGE, "%s: unknown kind of picture; give an .exr or .png file", o->second);
-    return compare_pictures(o);
+    kd_status status = settings_of(o, &settings);
+    if (status != KD_OK)
+        return status;
+    return o->temporal ? app_compare_temporal(o, &settings) : compare_pictures(o, &settings);
 }

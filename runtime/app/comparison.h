@@ -61,6 +61,14 @@ kd_status app_comparison_write_json(const char *path, const app_comparison *c);
 /** One file with all pictures inside. Errors as kd_file_write; one message */
 kd_status app_comparison_write_html(const char *path, const app_comparison *c);
 
+/** Print what was found of pairs of pictures, and write what the options ask for. Errors  as above */
+kd_status app_comparison_report(const app_options *options, const char *title, const char *reference,
+                                app_pair *pairs, uint32_t count);
+
+/** Measure what flickers between two files with layers, options->subject and the frame after it,
+ *  options->second. Errors  as app_picture_read, also for channels that are missing; one message */
+kd_status app_compare_temporal(const app_options *options, const kd_settings *settings);
+
 /** `kandil compare`: two pictures, or a scene's techniques against its reference. Errors with one message */
 kd_status app_compare_run(const app_options *options);
 

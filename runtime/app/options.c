@@ -518,6 +518,8 @@ static const app_option_row compare_options[] = {
     {"--json", "FILE", read_json, "write the figures"},
     {"--html", "FILE", app_read_html, "write one page with pictures, heat maps and a slider"},
     {"--report", "DIR", app_read_report, "write report.html, report.json and every picture to a folder"},
+    {"--temporal", NULL, app_read_temporal,
+     "two pictures: neighbouring frames written with --layers, the earlier first; what flickers between them"},
     {"--gi", "LIST", app_read_techniques, "techniques of a scene, some of:" GI_LIST(SPACED) "; default: all"},
     {"--spp", "N", app_read_spp, "samples a pixel of the reference; default 64"},
     {"--bounces", "N|inf", app_read_bounces, "bounces of light in the reference, as for `kandil reference`"},

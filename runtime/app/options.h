@@ -88,6 +88,7 @@ typedef struct app_options {
     const char *bench_model;          /* path of the model that makes a crowd, or NULL */
     const char *dump;                 /* a folder for what the tree holds, or NULL */
     const char *json, *html, *report; /* paths or NULL */
+    bool temporal;                    /* of two pictures: neighbouring frames with layers */
     uint32_t techniques;              /* bits by kd_gi_technique; 0: not said */
     app_tracing tracing;
     app_voxelizing voxelizing;

@@ -151,6 +151,13 @@ kd_status app_read_report(app_options *o, const char *text)
     return app_read_path("--report", text, &o->report);
 }
 
+kd_status app_read_temporal(app_options *o, const char *text)
+{
+    (void)text;
+    o->temporal = true;
+    return KD_OK;
+}
+
 kd_status app_read_lambert(app_options *o, const char *text)
 {
     (void)text;

@@ -23,6 +23,7 @@ kd_status app_read_bounces(app_options *o, const char *text);
 kd_status app_read_gathers(app_options *o, const char *text);
 kd_status app_read_terms(app_options *o, const char *text);
 kd_status app_read_lambert(app_options *o, const char *text);
+kd_status app_read_temporal(app_options *o, const char *text);
 kd_status app_read_pixel(app_options *o, const char *text);
 kd_status app_read_time_budget(app_options *o, const char *text);
 kd_status app_read_techniques(app_options *o, const char *text);

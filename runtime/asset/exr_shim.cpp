@@ -52,6 +52,8 @@ size_t exr_shim_encode(uint32_t width, uint32_t height, const exr_plane *planes,
 }
 
 static const int side_max = 16384;
+static const char damaged[] = "its pixels are damaged, or stored in a way that is not supported";
+static const char no_memory[] = "there is no memory to decode it";
 
 // The size is known before anything of that size is made.
 static const char *check_header(const unsigned char *data, size_t size)
@@ -102,12 +104,83 @@ float *exr_shim_decode(const void *data, size_t size, uint32_t *width, uint32_t 
         *error = check_header(bytes, size);
         float *rgb = *error ? nullptr : decode_rgb(bytes, size, &w, &h);
         if (!rgb && !*error)
-            *error = "its pixels are damaged, or stored in a way that is not supported";
+            *error = damaged;
         *width = static_cast<uint32_t>(w);
         *height = static_cast<uint32_t>(h);
         return rgb;
     } catch (const std::exception &) {
-        *error = "there is no memory to decode it";
+        *error = no_memory;
+        return nullptr;
+    }
+}
+
+static const float *find_plane(const EXRHeader &header, const EXRImage &image, const char *name)
+{
+    for (int c = 0; c < image.num_channels; c++)
+        if (std::strcmp(header.channels[c].name, name) == 0)
+            return reinterpret_cast<const float *>(image.images[c]);
+    return nullptr;
+}
+
+static float *copy_planes(const EXRHeader &header, const EXRImage &image, const char *const *names,
+                          uint32_t count, const char **missing)
+{
+    const size_t texels = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
+    std::vector<const float *> planes(count);
+    for (uint32_t i = 0; i < count; i++) {
+        planes[i] = image.images ? find_plane(header, image, names[i]) : nullptr; // tiled files have none
+        if (!planes[i]) {
+            *missing = names[i];
+            return nullptr;
+        }
+    }
+    float *out = static_cast<float *>(std::malloc(texels * count * sizeof *out));
+    for (uint32_t i = 0; out && i < count; i++)
+        std::memcpy(out + i * texels, planes[i], texels * sizeof *out);
+    return out;
+}
+
+static float *decode_planes(const unsigned char *data, size_t size, const char *const *names, uint32_t count,
+                            uint32_t *width, uint32_t *height, const char **missing)
+{
+    EXRVersion version;
+    EXRHeader header;
+    EXRImage image;
+    float *out = nullptr;
+    const char *error = nullptr;
+    InitEXRHeader(&header);
+    InitEXRImage(&image);
+    int code = ParseEXRVersionFromMemory(&version, data, size);
+    if (code == TINYEXR_SUCCESS)
+        code = ParseEXRHeaderFromMemory(&header, &version, data, size, &error);
+    for (int c = 0; code == TINYEXR_SUCCESS && c < header.num_channels; c++)
+        header.requested_pixel_types[c] = TINYEXR_PIXELTYPE_FLOAT;
+    if (code == TINYEXR_SUCCESS &&
+        LoadEXRImageFromMemory(&image, &header, data, size, &error) == TINYEXR_SUCCESS) {
+        out = copy_planes(header, image, names, count, missing);
+        *width = static_cast<uint32_t>(image.width);
+        *height = static_cast<uint32_t>(image.height);
+        FreeEXRImage(&image);
+    }
+    if (error)
+        FreeEXRErrorMessage(error);
+    FreeEXRHeader(&header);
+    return out;
+}
+
+float *exr_shim_planes(const void *data, size_t size, const char *const *names, uint32_t count,
+                       uint32_t *width, uint32_t *height, const char **error, const char **missing)
+{
+    const unsigned char *bytes = static_cast<const unsigned char *>(data);
+    *missing = nullptr;
+    try {
+        *error = check_header(bytes, size);
+        float *out = *error ? nullptr : decode_planes(bytes, size, names, count, width, height, missing);
+        if (!out && !*error)
+            *error = *missing ? "it has not all channels" : damaged;
+        return out;
+    } catch (const std::exception &) {
+        *error = no_memory;
         return nullptr;
     }
 }

@@ -31,6 +31,15 @@ size_t exr_shim_encode(uint32_t width, uint32_t height, const exr_plane *planes,
  */
 float *exr_shim_decode(const void *data, size_t size, uint32_t *width, uint32_t *height, const char **error);
 
+/** Decode channels of an OpenEXR file by their names.
+ *
+ *  Shapes  result: `count` planes of *height rows of *width values, row 0 on top
+ *  Returns what the caller frees with free(); NULL with a static text in *error, and in *missing the first
+ *          name that the file does not have, or NULL
+ */
+float *exr_shim_planes(const void *data, size_t size, const char *const *names, uint32_t count,
+                       uint32_t *width, uint32_t *height, const char **error, const char **missing);
+
 #ifdef __cplusplus
 }
 #endif

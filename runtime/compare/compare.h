@@ -4,6 +4,7 @@
 /* How different two pictures are, to an eye and in numbers. Pictures are height rows of width texels of 3
  * floats, row 0 on top; maps have one float a pixel. Every value must be finite. Threading: any. */
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "runtime/core/status.h"
@@ -48,6 +49,29 @@ double kd_relative_mse(const float *test, const float *reference, uint32_t width
  * message Source  Wang et al. 2004, Image Quality Assessment: Gaussian window of 11x11, deviation 1.5; K1
  * 0.01, K2 0.03 */
 kd_status kd_ssim(const float *a, const float *b, uint32_t width, uint32_t height, double *mean);
+
+/* Beyond it there is no surface. Metres */
+#define KD_NO_DEPTH 1e9f
+
+/* What is known of the surfaces of a picture beside their light, one value a pixel each. */
+typedef struct kd_surfaces {
+    const float *depth;     /* metres along the view */
+    const float *normal[3]; /* world space */
+    const float
+        *motion[2]; /* pixels from here to where the surface was a frame before, x to the right, y down */
+} kd_surfaces;
+
+/** Make of a picture the one a frame later, as far as its surfaces can still be seen there.
+ *
+ *  Shapes  before_rgb, now_rgb, out: width * height * 3; seen: width * height, 1 where out was found in
+ *          before_rgb, 0 where the surface was hidden or outside then: there out is now_rgb
+ *  Returns how many pixels are seen
+ */
+size_t kd_reproject(const kd_surfaces *before, const float *before_rgb, const kd_surfaces *now,
+                    const float *now_rgb, uint32_t width, uint32_t height, float *out, uint8_t *seen);
+
+/** Get the mean of a map over the pixels that are seen; 0 when none is. */
+double kd_mean_seen(const float *map, const uint8_t *seen, size_t count);
 
 /** Colour of a difference 0 … 1: black over violet and orange to pale yellow, sRGB codes. */
 void kd_heat_color(float value, float rgb[3]);

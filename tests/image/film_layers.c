@@ -2,6 +2,7 @@
  * way of a box in pixels, and vertices that go back to where they were. */
 #include <unistd.h>
 
+#include "runtime/asset/exr_shim.h"
 #include "tests/image_fixture.h"
 
 /* Seen without perspective from 5 m away: 50 pixels a metre. A wall at z = 0, and a box before it whose front
@@ -43,7 +44,8 @@ static layers open_layers(const char *name)
 static float *channel(const layers *l, const char *name)
 {
     uint32_t width, height;
-    float *values = image_exr_channel(l->data, l->size, name, &width, &height);
+    const char *error, *missing;
+    float *values = exr_shim_planes(l->data, l->size, &name, 1, &width, &height, &error, &missing);
     if (!values || width != WIDTH || height != HEIGHT)
         fail_msg("no channel %s", name);
     return values;
