@@ -40,12 +40,13 @@ typedef struct kd_svo {
     uint32_t sum_capacity;                  /* cells */
     uint32_t dynamic_capacity;              /* leaf parents with dynamic cells */
     uint32_t dynamic_room;                  /* of these in use; ranks beyond have no cells */
-    uint32_t fresh_words;        /* room in `fresh`: words of its mask, and where its ranks begin */
-    bool strict;                 /* `light.leak=strict` when it was made */
-    uint64_t most_bytes;         /* of any one buffer that grows */
-    bool failed;                 /* no memory for it: there is no indirect light */
-    uint32_t current;            /* which of the two level masks is this frame's */
-    struct kd_svo_places places; /* in the book */
+    uint32_t fresh_words;                   /* room in `fresh` */
+    uint32_t entry_room;                    /* in the chains of static voxels */
+    bool strict;                            /* `light.leak=strict` when it was made */
+    uint64_t most_bytes;                    /* of any one buffer that grows */
+    bool failed;                            /* no memory for it: there is no indirect light */
+    uint32_t current;                       /* which of the two level masks is this frame's */
+    struct kd_svo_places places;            /* in the book */
 
     bool wants_changes;    /* set by whoever reads `changes` */
     kd_gpu_buffer changes; /* "svo.changes" */
@@ -55,14 +56,16 @@ typedef struct kd_svo {
     bool glows;            /* there is room for static cells' emission: something glows */
     bool has_moving;       /* there is room for them: something moves, or did lately */
     kd_gpu_buffer heads, next, groups; /* "svo.chains": of the voxels that cover a leaf parent's cells */
-    kd_gpu_buffer fresh;               /* static cells that are built anew: mask, then ranks */
-    kd_gpu_buffer level_masks[2];      /* "svo.levels": both layers joined, this frame's and the last's */
-    kd_gpu_buffer touched;             /* bits of leaf parents: touched, then those with dynamic cells */
-    kd_gpu_buffer diff, diff_ranks;    /* of the level at hand; behind diff, of all levels, a bit a mask word
-                                          that is not what it was */
-    kd_gpu_buffer book;                /* "svo.book": kd_svo_places */
-    kd_gpu_buffer counters;            /* KD_COUNT_*, KD_ARGS_* */
-    kd_gpu_buffer sums;                /* of the layer being added up */
+    kd_gpu_buffer fresh;               /* static cells that are built anew: mask */
+    kd_gpu_buffer fresh_heads; /* of the chains of static voxels that cover cells of their leaf parents */
+    kd_gpu_buffer entries, entry_glows; /* of these chains; objects of entries, where anything glows */
+    kd_gpu_buffer level_masks[2];       /* "svo.levels": both layers joined, this frame's and the last's */
+    kd_gpu_buffer touched;              /* bits of leaf parents: touched, then those with dynamic cells */
+    kd_gpu_buffer diff, diff_ranks;     /* of the level at hand; behind diff, of all levels, a bit a mask word
+                                           that is not what it was */
+    kd_gpu_buffer book;                 /* "svo.book": kd_svo_places */
+    kd_gpu_buffer counters;             /* KD_COUNT_*, KD_ARGS_* */
+    kd_gpu_buffer sums;                 /* of the layer being added up */
     kd_gpu_buffer static_albedo, static_emission; /* "svo.cells": of static cells, beside their leaves */
     kd_gpu_buffer taken;         /* numbers of cells while nodes take theirs, eight a leaf parent */
     kd_gpu_buffer dynamic_cells; /* eight a leaf parent, in the order of the parents' mask bits */

@@ -26,7 +26,7 @@ layout(std430, binding = 1) readonly buffer objects_block { kd_voxel_object_para
 layout(std430, binding = 2) readonly buffer chunks_block { kd_voxel_chunk_params chunks[]; };
 layout(std430, binding = 3) readonly buffer shape_block { uvec2 shape[]; };
 #elif VOXELS == STATIC_PAGES
-#include "shaders/include/rigid_voxel.glsl"
+#include "shaders/include/rigid_voxel_load.glsl"
 #else
 layout(std430, binding = 1) readonly buffer segments_block { kd_voxel_segment segments[]; };
 layout(std430, binding = 2) readonly buffer voxels_block { uint voxels[]; };

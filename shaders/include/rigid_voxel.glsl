@@ -5,23 +5,17 @@
 
 #include "shaders/include/rigid.glsl"
 
-layout(std430, binding = 1) readonly buffer segments_block { kd_voxel_segment segments[]; };
-layout(std430, binding = 2) readonly buffer objects_block { kd_voxel_object_params objects[]; };
-layout(std430, binding = 3) readonly buffer chunks_block { kd_voxel_chunk_params chunks[]; };
-layout(std430, binding = 4) readonly buffer shape_block { uvec2 shape[]; };
-
 struct rigid_voxel {
     bool inside;   // of its cascade, or at its border
     splat place;
     uint normal;   // 3 x snorm8
 };
 
-rigid_voxel rigid_voxel_load(kd_voxel_segment segment, uint i)
+// c: cascade, origin: of the chunk, cached: words of its shape
+rigid_voxel rigid_voxel_of(uint c, kd_voxel_object_params o, vec4 origin, uvec2 cached)
 {
-    uint c = segment.chunk_cascade >> 28;
-    kd_voxel_chunk_params chunk = chunks[segment.chunk_cascade & 0xFFFFFFFu];
-    kd_voxel_object_params o = objects[segment.object];
-    uvec2 cached = shape[segment.first + i];
+    kd_voxel_chunk_params chunk;
+    chunk.origin = origin;
     precise vec3 position = rigid_position(o, rigid_model_position(chunk, cached.x)) / tree.cascade[c].w;
     vec3 n = vec3(snorm8_unpack(cached.y)) / 127.0;
     rigid_voxel v;

@@ -111,8 +111,9 @@ struct kd_stale_places {
     KD_UINT groups;      /* list of the groups of voxels that may lie in stale bricks; its arguments and count are the first words */
 };
 KD_LAYOUT_CHECK(kd_stale_places, 16)
-#define KD_STALE_COUNT 3  /* word: groups listed */
-#define KD_STALE_HEAD 4
+#define KD_STALE_COUNT 3   /* word: groups listed */
+#define KD_STALE_ENTRIES 4 /* word: entries of chains of their voxels (svo/link_static.comp) */
+#define KD_STALE_HEAD 5
 
 struct kd_tree_params {
     uvec4 info;          /* x: cascades, y: resolution, z: log2 resolution, w: sparse levels below the dense one */
@@ -167,7 +168,7 @@ KD_LAYOUT_CHECK(kd_svo_places, 176)
 /* Counters of the build (words of the counter buffer). Up to KD_COUNT_TRANSIENT they go from frame to frame. */
 #define KD_COUNT_STATIC 0       /* occupied cells of the static layer */
 #define KD_COUNT_DYNAMIC 1
-#define KD_COUNT_FRESH 2        /* static cells built anew, when some were */
+#define KD_COUNT_FRESH 2        /* cells that took a number, in builds in which they do */
 #define KD_COUNT_DIFF 3         /* nodes that go or come on the level at hand */
 #define KD_COUNT_NEED 4         /* + level: nodes that the masks ask for, counted when members changed; numbers asked for */
 #define KD_COUNT_NODES 8        /* + 4 * level + cascade: nodes in use */

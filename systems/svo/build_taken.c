@@ -65,12 +65,19 @@ static void finish(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
 }
 
+static void empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells)
+{
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_fill_buffer(gpu, svo->sums, 0, (size_t)cells * KD_SUM_WORDS * 4, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
 static void make_once(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
                       svo_build *fill)
 {
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_DYNAMIC * 4, 4, 0);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_NEED * 4, KD_MAX_NODE_LEVELS * 4, 0);
-    svo_empty_sums(gpu, svo, svo->dynamic_room);
+    empty_sums(gpu, svo, svo->dynamic_room);
     if (scene->pages[KD_LAYER_DYNAMIC].segment_count)
         fill(gpu, state, svo, scene);
     finish(gpu, state, svo);

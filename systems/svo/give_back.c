@@ -43,6 +43,17 @@ static void cut_dynamic(kd_gpu *gpu, kd_svo *svo, const svo_room *room)
     svo_reserve_dynamic(gpu, svo, room->wanted > LEAST ? room->wanted : LEAST);
 }
 
+/* Chains of static voxels, and their heads. */
+static void cut_entries(kd_gpu *gpu, kd_svo *svo, const svo_room *room)
+{
+    kd_gpu_destroy_buffer(gpu, svo->entries);
+    kd_gpu_destroy_buffer(gpu, svo->entry_glows);
+    kd_gpu_destroy_buffer(gpu, svo->fresh_heads);
+    svo->entries = svo->entry_glows = svo->fresh_heads = (kd_gpu_buffer){0};
+    svo->entry_room = 0;
+    svo_reserve_entries(gpu, svo, room->wanted > LEAST ? room->wanted : LEAST);
+}
+
 /* ---- nodes: they get the ranks of their codes as new numbers ---- */
 
 enum { NODES, DATA, BOOK, PARTS };
@@ -220,7 +231,10 @@ void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sc
     if (spare(&state->sums, svo->sum_capacity))
         cut(gpu, &svo->sums, &svo->sum_capacity, &state->sums, KD_SUM_WORDS * 4, "svo.sums");
     if (spare(&state->fresh, svo->fresh_words) && !scene->static_changed)
-        cut(gpu, &svo->fresh, &svo->fresh_words, &state->fresh, 8, "svo.fresh");
+        cut(gpu, &svo->fresh, &svo->fresh_words, &state->fresh, 4, "svo.fresh");
+    if (spare(&state->entries, svo->entry_room) && !scene->static_changed)
+        cut_entries(gpu, svo, &state->entries);
+    state->entries.wanted = 0; /* until something static is built anew */
     if (state->still_runs > QUIET) {
         svo_reserve_moving(gpu, svo, false);
         svo_reserve_chains(gpu, svo, 0);
@@ -230,6 +244,4 @@ void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sc
         cut_dynamic(gpu, svo, &state->dynamic);
     if (scene->build != KD_SVO_BUILD_ORDERFREE)
         svo->dynamic_room = svo->sum_capacity;
-    else /* until something static is built anew */
-        state->sums.wanted = svo->dynamic_room < svo->sum_capacity ? svo->dynamic_room : svo->sum_capacity;
 }

@@ -3,6 +3,7 @@
 
 #include "components/pose_access.h"
 #include "components/render_targets.h"
+#include "components/rigid_access.h"
 #include "components/svo.h"
 #include "components/voxel_scene.h"
 #include "runtime/core/log.h"
@@ -13,8 +14,8 @@ typedef enum svo_program {
     SVO_LINK_LIST,
     SVO_LINK,
     SVO_CELLS,
-    SVO_ACCUMULATE_STATIC,
-    SVO_PACK_STATIC,
+    SVO_LINK_STATIC,
+    SVO_CELLS_STATIC,
     SVO_MERGE,
     SVO_MERGE_STALE,
     SVO_REDUCE,
@@ -85,9 +86,13 @@ typedef struct svo_state {
     kd_gpu_readback readback; /* counters of the frames before, without a stall */
     uint32_t texel_viewed[4]; /* buffers behind kd_tree's texel views */
     kd_texel_view page_view, next_view, object_view, moving_view, still_view, moved_view;
-    bool dynamic_before;                          /* there were dynamic voxels in the frame before */
-    uint32_t said;                                /* SVO_SAID_*: messages that were written */
-    svo_room nodes, sums, fresh, dynamic, leaves; /* nodes: leaf parents; leaves: of what stands still */
+    kd_rigid_access rigid; /* of static voxels, and what else chains of them read */
+    kd_texel_view shape_view, color_view, stale_view, entry_view, glow_view;
+    uint32_t linked;     /* stale patches in the first round of chains */
+    bool dynamic_before; /* there were dynamic voxels in the frame before */
+    uint32_t said;       /* SVO_SAID_*: messages that were written */
+    svo_room nodes, sums, fresh, entries, dynamic,
+        leaves; /* nodes: leaf parents; leaves: of what stands still */
     uint32_t nodes_wanted[KD_MAX_NODE_LEVELS];
     uint32_t still_runs; /* for which nothing has moved */
     uint64_t bytes_build;
@@ -129,8 +134,10 @@ kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted);
  * KD_NO_MEMORY: as it was */
 kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted);
 
-/** Make room for the masks of so many words of stale patches. */
+/** Make room for the masks of so many words of stale patches, and for their chains; for so many entries of
+ * these. */
 kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words);
+kd_status svo_reserve_entries(kd_gpu *gpu, kd_svo *svo, uint32_t entries);
 
 /** Give back what has been more than half spare for a while (give_back.c). Before the frame's lists begin. */
 void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
@@ -192,9 +199,9 @@ void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
 void svo_bind_taken(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene);
 void svo_add_taken(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene);
 
-/* layers.c: cells of each layer */
-void svo_empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells);
+/* dynamic.c, still.c: cells of each layer; static voxels are chained before there are nodes */
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+void svo_link_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_build_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
 /* blocks.c: places of leaves */

@@ -131,6 +131,8 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
         status = svo_reserve_sums(gpu, svo, 4096);
     if (!status)
         status = svo_reserve_fresh(gpu, svo, 4096);
+    if (!status)
+        status = svo_reserve_entries(gpu, svo, 4096);
     return status ? status : svo_reserve_dynamic(gpu, svo, 4096);
 }
 
@@ -142,7 +144,8 @@ void svo_destroy(kd_gpu *gpu, kd_svo *svo)
         svo->diff,          svo->diff_ranks,     svo->book,           svo->counters,
         svo->sums,          svo->static_albedo,  svo->taken,          svo->static_emission,
         svo->dynamic_cells, svo->heads,          svo->next,           svo->groups,
-        svo->index,         svo->nodes,          svo->leaves,         svo->data};
+        svo->index,         svo->nodes,          svo->leaves,         svo->data,
+        svo->fresh_heads,   svo->entries,        svo->entry_glows};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         kd_gpu_destroy_buffer(gpu, buffers[i]);
     kd_gpu_texture textures[] = {svo->atlas_view, svo->atlas, svo->depths_view, svo->depths};
@@ -295,7 +298,19 @@ kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells)
 
 kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words)
 {
-    return reserve(gpu, &svo->fresh, &svo->fresh_words, words, 8, "svo.fresh");
+    if (!words)
+        return KD_OK;
+    uint64_t heads = (uint64_t)words * 16, most = svo->most_bytes / 128 * 128;
+    kd_status status =
+        kd_gpu_ensure_buffer(gpu, &svo->fresh_heads, heads < most ? heads : most, 0, "svo.fresh");
+    return status ? status : reserve(gpu, &svo->fresh, &svo->fresh_words, words, 4, "svo.fresh");
+}
+
+kd_status svo_reserve_entries(kd_gpu *gpu, kd_svo *svo, uint32_t entries)
+{
+    size_t glows = svo->glows ? (size_t)(entries > svo->entry_room ? entries : svo->entry_room) * 4 : 4;
+    kd_status status = kd_gpu_ensure_buffer(gpu, &svo->entry_glows, glows, 0, "svo.fresh");
+    return status ? status : reserve(gpu, &svo->entries, &svo->entry_room, entries, 16, "svo.fresh");
 }
 
 kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted)

@@ -14,8 +14,8 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_LINK_LIST] = "shaders/svo/link_list.comp",
     [SVO_LINK] = "shaders/svo/link.comp",
     [SVO_CELLS] = "shaders/svo/cells.comp",
-    [SVO_ACCUMULATE_STATIC] = "shaders/svo/accumulate_static.comp",
-    [SVO_PACK_STATIC] = "shaders/svo/pack_static.comp",
+    [SVO_LINK_STATIC] = "shaders/svo/link_static.comp",
+    [SVO_CELLS_STATIC] = "shaders/svo/cells_static.comp",
     [SVO_MERGE] = "shaders/svo/merge.comp",
     [SVO_MERGE_STALE] = "shaders/svo/merge_stale.comp",
     [SVO_REDUCE] = "shaders/svo/reduce.comp",
@@ -267,6 +267,12 @@ static void fini(kd_system_context *context)
     kd_texel_view_fini(gpu, &s->moving_view);
     kd_texel_view_fini(gpu, &s->still_view);
     kd_texel_view_fini(gpu, &s->moved_view);
+    kd_texel_view_fini(gpu, &s->shape_view);
+    kd_texel_view_fini(gpu, &s->color_view);
+    kd_texel_view_fini(gpu, &s->stale_view);
+    kd_texel_view_fini(gpu, &s->entry_view);
+    kd_texel_view_fini(gpu, &s->glow_view);
+    kd_rigid_access_fini(gpu, &s->rigid);
     kd_gpu_destroy_readback(gpu, s->readback);
     kd_gpu_rank_fini(gpu, &s->rank);
     svo_destroy(gpu, kd_singleton(context->world, kd_svo));
@@ -303,13 +309,15 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                               KD_USES(kd_frame)},
                .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_SAMPLED},
                              {"voxels.objects", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
-                             {"voxels.chunks", KD_USE_STORAGE_READ},
+                             {"voxels.chunks", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
                              {"voxels.cache", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
-                             {"voxels.stale", KD_USE_STORAGE_READ | KD_USE_INDIRECT | KD_USE_COPY_READ},
+                             {"voxels.stale", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_SAMPLED |
+                                                  KD_USE_INDIRECT | KD_USE_COPY_READ | KD_USE_COPY_WRITE},
                              {"tree.uniform", KD_USE_UNIFORM | KD_USE_COPY_WRITE},
                              {"svo.masks", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_SAMPLED |
                                                KD_USE_COPY_WRITE},
-                             {"svo.fresh", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
+                             {"svo.fresh", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_SAMPLED |
+                                               KD_USE_COPY_WRITE},
                              {"svo.chains", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_WRITE},
                              {"svo.cells", KD_USE_STORAGE_WRITE | KD_USE_STORAGE_READ | KD_USE_COPY_READ |
                                                KD_USE_COPY_WRITE},

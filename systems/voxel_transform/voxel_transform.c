@@ -1,12 +1,13 @@
 /* System voxel_transform: marks what voxels cover. The dynamic layer goes every frame, its voxels are brought
  * to the world and kept in the pages for their cells; they mark leaf parents. Of the static layer only what
- * lies in stale parts goes: groups of voxels are culled against these, and those left mark the cells of stale
- * bricks. */
+ * lies in stale parts goes: groups of voxels are culled against these, and those left are listed for the
+ * tree's build. */
 #include "systems/voxel_transform/voxel_transform.h"
 
 #include <stdlib.h>
 
 #include "components/frame.h"
+#include "components/rigid_access.h"
 #include "components/svo.h"
 #include "components/voxel_scene.h"
 #include "runtime/core/log.h"
@@ -14,20 +15,12 @@
 #include "systems/voxel_transform/moving.h"
 
 typedef struct transform_state {
-    kd_gpu_program patches, cull, cull_args, mark_static;
+    kd_gpu_program patches, cull, cull_args;
+    kd_rigid_access rigid;
+    kd_texel_view bounds_view, boxes_view;
     moving_voxels moving;
     uint64_t bytes;
 } transform_state;
-
-static void bind_static(kd_gpu *gpu, const kd_voxel_scene *scene)
-{
-    kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
-    kd_gpu_bind_storage(gpu, 0, scene->stale);
-    kd_gpu_bind_storage(gpu, 1, scene->pages[KD_LAYER_STATIC].segments);
-    kd_gpu_bind_storage(gpu, 2, scene->object_params);
-    kd_gpu_bind_storage(gpu, 3, scene->chunk_params);
-    kd_gpu_bind_storage(gpu, 4, scene->cache_shape);
-}
 
 static void number_patches(kd_gpu *gpu, const transform_state *state, const kd_voxel_scene *scene)
 {
@@ -39,7 +32,7 @@ static void number_patches(kd_gpu *gpu, const transform_state *state, const kd_v
 }
 
 /* List the groups of static voxels that may lie in stale parts. */
-static kd_status cull_static(kd_gpu *gpu, const transform_state *state, kd_voxel_scene *scene)
+static kd_status cull_static(kd_gpu *gpu, transform_state *state, kd_voxel_scene *scene)
 {
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_STATIC];
     uint32_t slots = pages->page_count * KD_PAGE_SEGMENTS, groups = slots * KD_SEGMENT_GROUPS;
@@ -52,31 +45,23 @@ static kd_status cull_static(kd_gpu *gpu, const transform_state *state, kd_voxel
     kd_gpu_fill_buffer(gpu, scene->stale, 0, KD_STALE_HEAD * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     number_patches(gpu, state, scene);
-    bind_static(gpu, scene);
+    kd_rigid_access_bind(gpu, &state->rigid, scene);
+    kd_texel_view_bind(gpu, &state->bounds_view, KD_RIGID_VIEWS, pages->bounds, KD_RG32UI);
+    kd_texel_view_bind(gpu, &state->boxes_view, KD_RIGID_VIEWS + 1, scene->stale_boxes, KD_RGBA32UI);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
-    kd_gpu_bind_storage(gpu, 5, pages->bounds);
-    kd_gpu_bind_storage(gpu, 6, scene->stale_boxes);
-    kd_gpu_dispatch_linear(gpu, state->cull, (groups + 63) / 64);
+    kd_gpu_dispatch_linear(gpu, state->cull, (slots + 63) / 64);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     kd_gpu_dispatch(gpu, state->cull_args, 1, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
     return KD_OK;
 }
 
-static void mark_static(kd_gpu *gpu, const transform_state *state, kd_voxel_scene *scene, const kd_svo *svo)
+static void list_static(kd_gpu *gpu, transform_state *state, kd_voxel_scene *scene)
 {
-    kd_gpu_fill_buffer(gpu, svo->fresh, 0, (size_t)scene->stale_patch_count * 32, 0);
-    if (!scene->pages[KD_LAYER_STATIC].segment_count) { /* nothing is there any more */
+    if (!scene->pages[KD_LAYER_STATIC].segment_count) /* nothing is there any more */
         number_patches(gpu, state, scene);
-        return;
-    }
-    if (cull_static(gpu, state, scene) != KD_OK) {
+    else if (cull_static(gpu, state, scene) != KD_OK)
         kd_log(KD_LOG_WARNING, "voxel transform: no memory to list static voxels; some are left out");
-        return;
-    }
-    bind_static(gpu, scene);
-    kd_gpu_bind_storage(gpu, 5, svo->fresh);
-    kd_gpu_dispatch_indirect(gpu, state->mark_static, scene->stale, 0);
 }
 
 static void transform_dynamic(kd_system_context *context, transform_state *state, const kd_voxel_scene *scene,
@@ -98,7 +83,7 @@ static void run(kd_system_context *context)
         return;
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     if (scene->static_changed)
-        mark_static(gpu, state, scene, svo);
+        list_static(gpu, state, scene);
     bool takes = scene->build != KD_SVO_BUILD_ORDERFREE; /* and needs no bits */
     if (svo->has_moving)
         kd_gpu_fill_buffer(gpu, svo->moving, (size_t)svo->layer_words * 4, kd_svo_parent_words(svo) * 4, 0);
@@ -126,8 +111,7 @@ static kd_status init(kd_system_context *context)
     state->patches = program(gpu, "shaders/voxel_transform/patches.comp");
     state->cull = program(gpu, "shaders/voxel_transform/cull.comp");
     state->cull_args = program(gpu, "shaders/voxel_transform/cull_args.comp");
-    state->mark_static = program(gpu, "shaders/voxel_transform/mark_static.comp");
-    bool all = state->patches.id && state->cull.id && state->cull_args.id && state->mark_static.id;
+    bool all = state->patches.id && state->cull.id && state->cull_args.id;
     kd_status status = moving_init(gpu, &state->moving);
     return all ? status : KD_GPU;
 }
@@ -135,9 +119,12 @@ static kd_status init(kd_system_context *context)
 static void fini(kd_system_context *context)
 {
     transform_state *state = context->user;
-    kd_gpu_program programs[] = {state->patches, state->cull, state->cull_args, state->mark_static};
+    kd_gpu_program programs[] = {state->patches, state->cull, state->cull_args};
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
         kd_gpu_destroy_program(context->gpu, programs[i]);
+    kd_rigid_access_fini(context->gpu, &state->rigid);
+    kd_texel_view_fini(context->gpu, &state->bounds_view);
+    kd_texel_view_fini(context->gpu, &state->boxes_view);
     moving_fini(context->gpu, &state->moving);
     free(state);
 }
@@ -147,31 +134,30 @@ kd_status kd_voxel_transform_import(kd_schedule *s)
     transform_state *state = calloc(1, sizeof *state);
     if (!state)
         return KD_NO_MEMORY;
-    return kd_schedule_add(s,
-                           &(kd_system_desc){
-                               .name = "voxel_transform",
-                               .phase = KD_PHASE_VOXEL_TRANSFORM,
-                               .where = KD_ON_GPU,
-                               .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_svo), KD_USES(kd_frame),
-                                              KD_USES(kd_scene_store), KD_USES(kd_joint_palette)},
-                               .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
-                                             {"voxels.objects", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
-                                             {"voxels.chunks", KD_USE_STORAGE_READ},
-                                             {"voxels.cache", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
-                                             {"scene.vertices", KD_USE_SAMPLED},
-                                             {"scene.indices", KD_USE_SAMPLED},
-                                             {"scene.joints", KD_USE_SAMPLED},
-                                             {"tree.uniform", KD_USE_UNIFORM},
-                                             {"voxels.stale", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE |
-                                                                  KD_USE_INDIRECT | KD_USE_COPY_WRITE},
-                                             {"svo.fresh", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
-                                             {"svo.masks", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
-                               .run_if = kd_frame_needs_voxels,
-                               .no_commands = true,
-                               .run = run,
-                               .bytes_moved = bytes_moved,
-                               .init = init,
-                               .fini = fini,
-                               .user = state,
-                           });
+    return kd_schedule_add(
+        s, &(kd_system_desc){
+               .name = "voxel_transform",
+               .phase = KD_PHASE_VOXEL_TRANSFORM,
+               .where = KD_ON_GPU,
+               .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_svo), KD_USES(kd_frame),
+                              KD_USES(kd_scene_store), KD_USES(kd_joint_palette)},
+               .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_SAMPLED},
+                             {"voxels.objects", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
+                             {"voxels.chunks", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
+                             {"voxels.cache", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
+                             {"scene.vertices", KD_USE_SAMPLED},
+                             {"scene.indices", KD_USE_SAMPLED},
+                             {"scene.joints", KD_USE_SAMPLED},
+                             {"tree.uniform", KD_USE_UNIFORM},
+                             {"voxels.stale", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_SAMPLED |
+                                                  KD_USE_COPY_WRITE},
+                             {"svo.masks", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
+               .run_if = kd_frame_needs_voxels,
+               .no_commands = true,
+               .run = run,
+               .bytes_moved = bytes_moved,
+               .init = init,
+               .fini = fini,
+               .user = state,
+           });
 }

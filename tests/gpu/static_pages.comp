@@ -1,7 +1,7 @@
 // Static voxels as page voxels, which the octree's passes make on the way and do not keep.
 layout(local_size_x = 64) in;
 
-#include "shaders/include/rigid_voxel.glsl"
+#include "shaders/include/rigid_voxel_load.glsl"
 #include "shaders/include/linear.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: segment slots

@@ -1,39 +1,12 @@
-/* Cells of the two layers. Nothing depends on the order of threads: attributes of voxels are added up in
- * fixed point.
- *
- * The dynamic layer comes anew every frame. Its voxels are chained to the leaf parents whose cells they
- * cover, at the rank of the parent's mask bit, and one invocation a parent adds up its chain and packs eight
- * cells. Adding seven words to each cell that a voxel covers takes some forty atomics a voxel, chains take
- * three.
- *
- * Of the static layer the cells of stale bricks come anew, with an atomic addition a word at the rank of the
- * cell's mask bit; they go beside their leaves, where they stay while those do. Where there is not room for
- * the sums of all cells at once they are done in rounds, each for a range of ranks. */
+/* Cells of the dynamic layer, which come anew every frame. Its voxels are chained to the leaf parents whose
+ * cells they cover, at the rank of the parent's mask bit, and one invocation a parent adds up its chain and
+ * packs eight cells. Adding seven words to each cell that a voxel covers takes some forty atomics a voxel,
+ * chains take three. Nothing depends on the order of threads: attributes are added up in integers. */
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
 
 #define SLOT_CHAIN_BYTES ((size_t)KD_SEGMENT_VOXELS * SVO_CHAIN_BYTES)
-
-void svo_empty_sums(kd_gpu *gpu, const kd_svo *svo, uint32_t cells)
-{
-    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
-    kd_gpu_fill_buffer(gpu, svo->sums, 0, (size_t)cells * KD_SUM_WORDS * 4, 0);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-}
-
-/* Room for the sums of so many cells, or of as many as there is room for; returns how many make a round. */
-static uint32_t reserve_round(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32_t cells)
-{
-    uint32_t most = (uint32_t)(svo->most_bytes / (KD_SUM_WORDS * 4)), want = cells < most ? cells : most;
-    if (svo_reserve_sums(gpu, svo, want) != KD_OK)
-        svo_say_once(state, SVO_SAID_SUMS,
-                     "octree: no memory for the sums of %u cells at once; they are "
-                     "done in rounds of %u",
-                     want, svo->sum_capacity);
-    state->sums.wanted = want > state->sums.wanted ? want : state->sums.wanted;
-    return svo->sum_capacity < want ? svo->sum_capacity : want;
-}
 
 /* Room for a layer's leaf parents, kept until its members change. Surfaces share a fifth of a parent a voxel
  * in any pose, wires up to two, and what is counted now may lie on the lattice: twice the count covers that.
@@ -160,58 +133,4 @@ void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxe
     }
     state->bytes_build +=
         (uint64_t)words * 12 + layer_bytes + pages->voxel_count * (2 * KD_PAGE_WORDS * 4 + SVO_CHAIN_BYTES);
-}
-
-static void accumulate_static(kd_gpu *gpu, const svo_state *state, const kd_svo *svo,
-                              const kd_voxel_scene *scene, const uint32_t pass[4])
-{
-    kd_gpu_bind_uniform(gpu, 0, pass, 16);
-    kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
-    kd_gpu_bind_storage(gpu, 0, scene->stale);
-    kd_gpu_bind_storage(gpu, 1, scene->pages[KD_LAYER_STATIC].segments);
-    kd_gpu_bind_storage(gpu, 2, scene->object_params);
-    kd_gpu_bind_storage(gpu, 3, scene->chunk_params);
-    kd_gpu_bind_storage(gpu, 4, scene->cache_shape);
-    kd_gpu_bind_storage(gpu, 5, scene->cache_color);
-    kd_gpu_bind_storage(gpu, 6, svo->fresh);
-    kd_gpu_bind_storage(gpu, 7, svo->sums);
-    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_ACCUMULATE_STATIC], scene->stale, 0);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-}
-
-static void pack_static(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
-                        const uint32_t pass[4])
-{
-    kd_gpu_bind_uniform(gpu, 0, pass, 16);
-    kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage(gpu, 1, svo->sums);
-    kd_gpu_bind_storage(gpu, 2, svo->fresh);
-    kd_gpu_bind_storage(gpu, 3, svo->static_albedo);
-    kd_gpu_bind_storage(gpu, 4, svo->static_emission);
-    kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
-    kd_gpu_bind_storage(gpu, 5, scene->stale);
-    kd_gpu_bind_storage(gpu, 6, svo->leaves);
-    kd_gpu_bind_storage(gpu, 7, svo->book);
-    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_PACK_STATIC], svo->counters, KD_ARGS_TOUCHED * 4);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-}
-
-/* After the nodes: cells go beside leaves, which must have their places. */
-void svo_build_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
-{
-    uint32_t words = scene->stale_patch_count * 8;
-    if (kd_gpu_rank_run(gpu, &state->rank, svo->fresh, 0, words, svo->fresh, svo->fresh_words, svo->counters,
-                        KD_COUNT_FRESH) != KD_OK)
-        kd_log(KD_LOG_WARNING, "octree: new voxels cannot be numbered; they are left out");
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
-    uint32_t fresh = svo_read_counter(gpu, svo, KD_COUNT_FRESH);
-    state->bytes_build += (uint64_t)words * 12 + (uint64_t)fresh * (KD_SUM_WORDS * 8 + 16);
-    uint32_t cells = reserve_round(gpu, state, svo, fresh);
-    for (uint32_t first = 0; cells && first < fresh; first += cells) {
-        uint32_t left = fresh - first;
-        uint32_t pass[4] = {first, left < cells ? left : cells, svo->fresh_words, svo_levels(svo) - 1};
-        svo_empty_sums(gpu, svo, pass[1]);
-        accumulate_static(gpu, state, svo, scene, pass);
-        pack_static(gpu, state, svo, scene, pass);
-    }
 }
