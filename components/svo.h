@@ -12,14 +12,12 @@
  * Cells are kept under wrapped places: the world's cell number modulo the resolution
  * (shaders/include/tree_params.glsl).
  *
- * Changes: who wants to know which leaf cells came or went sets wants_changes once. From then on `changes`
- * ("svo.changes", written by svo_build) holds, behind each other, two masks of layer_words words: the XOR of
- * this frame's occupancy and the last one's, and this frame's. A cell's bit is its cascade's first bit plus
- * the Morton code of its wrapped place; shaders ask cell_changed() of shaders/include/changes.glsl, after
- * naming
- * {"svo.changes", KD_USE_STORAGE_READ}. Where a cascade has moved, a place stands for another cell of the
- * world than before. Of the levels above, svo.levels holds both frames' masks; with one layer the last one's
- * is empty. */
+ * Changes: in the book, from places.news.x on, stands a bit a dense cell: leaves in it came or went in this
+ * frame, or those of one layer did behind those of the other. The bit is the cascade's first one plus the
+ * Morton code of the wrapped place; shaders bind kd_svo_bind_changes() and ask cells_changed_around() of
+ * shaders/include/changes.glsl, after naming {"svo.changes", KD_USE_STORAGE_READ}. Where a cascade has moved,
+ * a place stands for another cell of the world than before. With one layer, where nothing is known of the
+ * frame before, who asks sets wants_changes once; occupancies are compared by sums then. */
 
 #include <stdbool.h>
 
@@ -48,13 +46,13 @@ typedef struct kd_svo {
     uint32_t current;                       /* which of the two level masks is this frame's */
     struct kd_svo_places places;            /* in the book */
 
-    bool wants_changes;    /* set by whoever reads `changes` */
-    kd_gpu_buffer changes; /* "svo.changes" */
-    kd_gpu_buffer uniform; /* "tree.uniform": kd_tree_params */
-    kd_gpu_buffer masks;   /* "svo.masks": leaf parents with static cells */
-    kd_gpu_buffer moving;  /* "svo.masks": cells of the dynamic layer; its leaf parents, mask and ranks */
-    bool glows;            /* there is room for static cells' emission: something glows */
-    bool has_moving;       /* there is room for them: something moves, or did lately */
+    bool wants_changes; /* set by whoever reads what changed */
+    kd_gpu_buffer told; /* "svo.changes": with one layer, a sum of each dense cell's leaves, now and before */
+    kd_gpu_buffer uniform;             /* "tree.uniform": kd_tree_params */
+    kd_gpu_buffer masks;               /* "svo.masks": leaf parents with static cells */
+    kd_gpu_buffer moving;              /* "svo.masks": leaf parents of the dynamic layer, mask and ranks */
+    bool glows;                        /* there is room for static cells' emission: something glows */
+    bool has_moving;                   /* there is room for them: something moves, or did lately */
     kd_gpu_buffer heads, next, groups; /* "svo.chains": of the voxels that cover a leaf parent's cells */
     kd_gpu_buffer fresh;               /* static cells that are built anew: mask */
     kd_gpu_buffer fresh_heads; /* of the chains of static voxels that cover cells of their leaf parents */
@@ -68,7 +66,10 @@ typedef struct kd_svo {
     kd_gpu_buffer sums;                 /* of the layer being added up */
     kd_gpu_buffer static_albedo, static_emission; /* "svo.cells": of static cells, beside their leaves */
     kd_gpu_buffer taken;         /* numbers of cells while nodes take theirs, eight a leaf parent */
-    kd_gpu_buffer dynamic_cells; /* eight a leaf parent, in the order of the parents' mask bits */
+    kd_gpu_buffer dynamic_cells; /* eight a leaf parent, in the order of the parents' mask bits; behind those
+                                    of dynamic_room parents a word for each: which of the eight there are */
+    kd_gpu_buffer moved_cells;   /* these words as they were in the frame before */
+    uint32_t moved_room;         /* of these */
     kd_gpu_buffer index, nodes, leaves, data; /* "tree.nodes", "tree.leaves", "tree.data" */
     kd_gpu_texture atlas, depths; /* "tree.radiance": words of the dense levels, shaders/include/atlas.glsl */
     kd_gpu_texture atlas_view, depths_view; /* the same as they are sampled */
@@ -119,14 +120,17 @@ static inline uint32_t kd_svo_block_slot(const kd_svo *svo, uint32_t block, uint
     return cells >> k & 1u ? slot : KD_EMPTY;
 }
 
-/** Bind the mask and the ranks of the leaf parents in which something moves. */
-static inline void kd_svo_bind_parents(kd_gpu *gpu, const kd_svo *svo, uint32_t binding)
+/* Where the words in dynamic_cells begin that tell which of a parent's eight there are: bytes. */
+static inline size_t kd_svo_moving_words(const kd_svo *svo)
 {
-    if (svo->has_moving)
-        kd_gpu_bind_storage_range(gpu, binding, svo->moving, (size_t)svo->layer_words * 4,
-                                  (size_t)kd_svo_parent_words(svo) * 8);
-    else
-        kd_gpu_bind_storage(gpu, binding, svo->moving);
+    return (size_t)svo->dynamic_room * 8 * 16;
+}
+
+/** Bind the bits of dense cells in which leaves came or went. */
+static inline void kd_svo_bind_changes(kd_gpu *gpu, const kd_svo *svo, uint32_t binding)
+{
+    kd_gpu_bind_storage_range(gpu, binding, svo->book, (size_t)svo->places.news.x * 4,
+                              (size_t)svo->cascades * KD_DENSE_WORDS * 4);
 }
 
 static inline uint32_t kd_svo_leaf_parent_level(const kd_svo *svo)

@@ -229,16 +229,34 @@ static inline void voxel_put_static(voxel_world *v, uint32_t *mask)
     free(blocks);
 }
 
+/* Cells of the dynamic layer: a word for each of its parents tells which of the eight there are. */
+static inline void voxel_put_moving(voxel_world *v, uint32_t *mask)
+{
+    const kd_svo *svo = voxel_svo(v);
+    uint32_t words = kd_svo_parent_words(svo), room = kd_svo_moving_room(svo), rank = 0;
+    if (!room)
+        return;
+    uint32_t *parents = voxel_read(svo->moving, 0, (size_t)words * 4);
+    uint32_t *cells = voxel_read(svo->dynamic_cells, kd_svo_moving_words(svo), (size_t)room * 4);
+    for (uint32_t w = 0; w < words; w++)
+        for (uint32_t bits = parents[w]; bits && rank < room; bits &= bits - 1, rank++) {
+            uint32_t parent = w * 32 + (uint32_t)__builtin_ctz(bits);
+            mask[parent >> 2] |= cells[rank] << (8 * (parent & 3));
+        }
+    free(parents);
+    free(cells);
+}
+
 /* Cells of a layer. */
 static inline uint32_t *voxel_read_mask(voxel_world *v, int layer)
 {
     const kd_svo *svo = voxel_svo(v);
-    if (layer == KD_LAYER_DYNAMIC && svo->has_moving)
-        return voxel_read(svo->moving, 0, (size_t)svo->layer_words * 4);
     uint32_t *mask = calloc(svo->layer_words, 4);
     assert_non_null(mask);
     if (layer == KD_LAYER_STATIC)
         voxel_put_static(v, mask);
+    else
+        voxel_put_moving(v, mask);
     return mask;
 }
 

@@ -22,18 +22,19 @@ bool is_due(ivec2 at)
     return turn == (gather.reuse.y & (gather.reuse.x - 1u));
 }
 
-// Did leaf cells come or go near the surface, as far as 16 voxels in front of it? A word has the bits of 4 x 4 x 2 of them.
+// Did leaf cells come or go near the surface, as far as 16 voxels in front of it?
 bool changed_near(vec3 p_ws, vec3 normal_ws)
 {
     vec3 from_centre = abs(p_ws - tree.centre.xyz) * tree.centre.w;
     float reach = max(from_centre.x, max(from_centre.y, from_centre.z));
-    uint changed = 0u, c = min(uint(reach >= 1.0) + uint(reach >= 2.0) + uint(reach >= 4.0), tree.info.x - 1u);
+    bool changed = false;
+    uint c = min(uint(reach >= 1.0) + uint(reach >= 2.0) + uint(reach >= 4.0), tree.info.x - 1u);
     for (int i = 1; i <= 16; i *= 2) {
         vec3 at = (p_ws + normal_ws * (float(i) * tree.cascade[c].w) - tree.cascade[c].xyz) / tree.cascade[c].w;
         ivec3 cell = clamp(ivec3(floor(at)), ivec3(0), ivec3(int(tree.info.y) - 1));
-        changed |= changes[cascade_first_bit(c) + morton_encode(cell_wrap(c, cell)) >> 5];
+        changed = changed || cells_changed_around(c, cell);
     }
-    return changed != 0u;
+    return changed;
 }
 
 const float NEAREST = 0.25;     // of the spacing of traced pixels

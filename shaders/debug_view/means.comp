@@ -30,7 +30,7 @@ void main()
     vec3 albedo = vec3(0.0), normal = vec3(0.0);
     float weight = 0.0;
     for (uint k = 0u; k < 8u; k++) {
-        cell_attributes a = cell_load(cell_parent_of(parent, code, params.tree.x, params.tree.y), k);
+        cell_attributes a = cell_load(cell_parent_of(parent, code, params.tree.y), k);
         float w = min(float(a.weight), 256.0);
         albedo += w * a.albedo;
         normal += w * a.normal;

@@ -27,8 +27,8 @@ cell_attributes leaf_attributes(int c, ivec3 cell)
 {
     cell = tree_wrap(c, 0, cell);
     uint parent = tree_parent(c, 0, cell), bit = cascade_first_bit(uint(c)) + morton_encode(uvec3(cell));
-    cell_parent p = cell_parent(bit >> 3, 0u, KD_EMPTY);
+    cell_parent p = cell_parent(bit >> 3, 0u, KD_EMPTY, 0u);
     if (parent != KD_EMPTY)
-        p = cell_parent_of(parent, bit >> 3, params.tree.x, params.tree.y);
+        p = cell_parent_of(parent, bit >> 3, params.tree.y);
     return cell_load(p, bit & 7u);
 }

@@ -11,33 +11,31 @@
 #endif
 
 layout(std430, binding = 1) KD_LEAVES_ACCESS buffer leaves_block { uvec2 leaves[]; };  // of static cells: normal and weight as they are
-layout(std430, binding = 2) readonly buffer moving_block { uint moving[]; };             // of the dynamic layer; its leaf parents, mask and ranks
+layout(std430, binding = 2) readonly buffer moving_block { uint moving[]; };             // leaf parents of the dynamic layer: mask, then ranks
 layout(std430, binding = 3) readonly buffer albedo_block { uint static_albedo[]; };      // of static cells, beside their leaves
 layout(std430, binding = 4) readonly buffer emission_block { uvec2 static_emission[]; }; // where anything glows
-layout(std430, binding = 5) readonly buffer dynamic_block { uvec4 dynamic_cells[]; };
+layout(std430, binding = 5) readonly buffer dynamic_block { uvec4 dynamic_cells[]; };       // eight a parent; behind all, a word for each: which there are
 
 struct cell_parent {
     uint code;
     uint block; // of its static cells
     uint rank;  // among the parents in which something moves; KD_EMPTY: nothing does
+    uint moves; // cells that do, a bit each
 };
 
-// Leaf parent `number`. layer_words: of a layer's mask, dynamic_room: parents with room for dynamic cells; 0 when nothing moves.
-cell_parent cell_parent_of(uint number, uint code, uint layer_words, uint dynamic_room)
+// Leaf parent `number`. dynamic_room: parents with room for dynamic cells; 0 when nothing moves.
+cell_parent cell_parent_of(uint number, uint code, uint dynamic_room)
 {
-    cell_parent p = cell_parent(code, book[places.blocks.x + number], KD_EMPTY);
-    uint at = layer_words + (code >> 5), bits = dynamic_room != 0u ? moving[at] : 0u;
+    cell_parent p = cell_parent(code, book[places.blocks.x + number], KD_EMPTY, 0u);
+    uint at = code >> 5, bits = dynamic_room != 0u ? moving[at] : 0u;
     if ((bits >> (code & 31u) & 1u) != 0u) {
-        uint rank = rank_below(moving[at + (layer_words >> 3)], bits, code);
-        p.rank = rank < dynamic_room ? rank : KD_EMPTY;
+        uint rank = rank_below(moving[at + places.news.y], bits, code);
+        if (rank < dynamic_room) {
+            p.rank = rank;
+            p.moves = dynamic_cells[dynamic_room * 8u + (rank >> 2)][rank & 3u];
+        }
     }
     return p;
-}
-
-// Cells of it that move, a bit each.
-uint cells_moving(cell_parent p)
-{
-    return p.rank != KD_EMPTY ? moving[p.code >> 2] >> (8u * (p.code & 3u)) & 255u : 0u;
 }
 
 // Slot of its leaf k; KD_EMPTY: there is none.
@@ -61,7 +59,7 @@ cell_attributes cell_load(cell_parent p, uint k)
         uvec2 glow = tree.light.x > 0.0 ? static_emission[slot] : uvec2(0u);
         a = cell_attributes_unpack(uvec4(static_albedo[slot], leaves[slot].y, glow));
     }
-    if ((cells_moving(p) >> k & 1u) != 0u)
+    if ((p.moves >> k & 1u) != 0u)
         a = cell_attributes_merge(a, cell_attributes_unpack(dynamic_cells[p.rank * 8u + k]));
     return a;
 }

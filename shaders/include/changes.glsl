@@ -1,14 +1,15 @@
-// Did the occupancy of a leaf cell change since the frame before? Asks "svo.changes" (components/svo.h); the shader that includes
-// this says where it is bound: #define KD_CHANGES_BINDING.
+// Did leaves come or go since the frame before? Asks what kd_svo_bind_changes() binds (components/svo.h); the shader that includes
+// this says where: #define KD_CHANGES_BINDING.
 
 #include "shaders/include/tree_params.glsl"
 #include "shaders/include/morton.glsl"
 
-layout(std430, binding = KD_CHANGES_BINDING) readonly buffer changes_block { uint changes[]; };
+layout(std430, binding = KD_CHANGES_BINDING) readonly buffer changes_block { uint changes[]; }; // bits of dense cells
 
-// cell: of cascade c, from its low corner
-bool cell_changed(uint c, ivec3 cell)
+// Around a cell of cascade c, from its low corner: in its dense cell; where that is two cells wide, in the eight of a block.
+bool cells_changed_around(uint c, ivec3 cell)
 {
-    uint bit = cascade_first_bit(c) + morton_encode(cell_wrap(c, cell));
-    return (changes[bit >> 5] >> (bit & 31u) & 1u) != 0u;
+    uint code = c << (3 * KD_DENSE_LOG2) | morton_encode(dense_wrap(c, cell >> int(tree.info.w)));
+    uint bits = tree.info.w == 1u ? 255u << (code & 24u) : 1u << (code & 31u);
+    return (changes[code >> 5] & bits) != 0u;
 }

@@ -25,6 +25,14 @@ void book_change_dense(uint code)
         atomicOr(book[word], bit);
 }
 
+// Leaves came or went in a dense cell.
+void book_tell_change(uint code)
+{
+    uint word = places.news.x + (code >> 5), bit = 1u << (code & 31u);
+    if ((book[word] & bit) == 0u)
+        atomicOr(book[word], bit);
+}
+
 // A node of a sparse level (1 …) is to be filtered.
 void book_change_node(uint level, uint number)
 {

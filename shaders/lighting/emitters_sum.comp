@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/cell_load.glsl"
 #include "shaders/shared/emitters.h"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents, y: capacity of the dynamic cells
 layout(std430, binding = 6) buffer sums_block { uint sums[]; };
 
 // Area that shows, in faces: that of the mesh, but no more than a cell can show. What a mesh has beyond that hides in itself.
@@ -47,7 +47,7 @@ void add(uint at, cell_attributes a, uvec3 cell)
 // Cells of a parent that may glow, a bit each: those that move, and those at rest that were seen to.
 uint cells_to_ask(cell_parent parent)
 {
-    uint bits = cells_moving(parent);
+    uint bits = parent.moves;
     for (uint k = 0u; k < 8u; k++)
         bits |= block_has(parent.block, k) && static_emission[block_slot(parent.block, k)].x != 0u ? 1u << k : 0u;
     return bits;
@@ -61,7 +61,7 @@ void main()
     uint code = book[places.codes[pass.x] + parent];
     if (code == KD_EMPTY)
         return;
-    cell_parent p = cell_parent_of(parent, code, pass.y, pass.z);
+    cell_parent p = cell_parent_of(parent, code, pass.y);
     uint bits = cells_to_ask(p);
     if (bits == 0u)
         return;

@@ -17,7 +17,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/bounce.glsl"
 #include "shaders/include/emitters_params.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: words of a layer's mask, z: capacity of the dynamic cells; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: capacity of the dynamic cells; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
 layout(binding = KD_UNIT_BOUNCE) uniform usamplerBuffer entries;                  // shaders/shared/bounce.h
 
 // Where a leaf's light arrives.
@@ -115,7 +115,7 @@ uvec2 leaf_of(cell_attributes a, lit_leaf l, vec3 sides[6])
 // Leaves of a parent that hold something, or did. Returns a bit each.
 uint leaves_to_do(cell_parent parent)
 {
-    uint bits = parent.block >> KD_BLOCK_BITS | cells_moving(parent);
+    uint bits = parent.block >> KD_BLOCK_BITS | parent.moves;
     for (uint k = 0u; k < 8u && parent.rank != KD_EMPTY; k++)
         bits |= uint(leaves[cell_slot(parent, k)] != uvec2(0u)) << k;
     return bits;
@@ -153,7 +153,7 @@ void main()
     if (parent >= min(counters[KD_COUNT_HIGH], places.size.x))
         return;
     uint code = book[places.codes[pass.x] + parent];
-    if (code == KD_EMPTY || !light_leaves(cell_parent_of(parent, code, pass.y, pass.z)))
+    if (code == KD_EMPTY || !light_leaves(cell_parent_of(parent, code, pass.y)))
         return;
     if (pass.x == 0u)
         book_change_dense(code);

@@ -14,7 +14,7 @@
 struct kd_debug_view_params {
     uvec4 view; /* xy: picture, z: level, w: channel */
     /* ---- 16 */
-    uvec4 tree; /* x: words of a layer's mask, y: dynamic cells in use, z: nodes a level, w: level of the leaf
+    uvec4 tree; /* x: 0, y: dynamic cells in use, z: nodes a level, w: level of the leaf
                    parents, from the dense one */
     /* ---- 32 */
 };

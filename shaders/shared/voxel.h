@@ -149,8 +149,10 @@ struct kd_svo_places {
     uvec4 child;         /* of the levels: first word of their nodes' child words in the node table; of the last: of words that lead to leaves */
     uvec4 blocks;        /* x: words of static blocks by number of the leaf parent, y: lists of free blocks, one a size 1 … 8, z: room of each, w: slots of static leaves */
     /* ---- 176 */
+    uvec4 news;          /* x: bits of dense cells in which leaves came or went, y: words of a mask of leaf parents */
+    /* ---- 192 */
 };
-KD_LAYOUT_CHECK(kd_svo_places, 176)
+KD_LAYOUT_CHECK(kd_svo_places, 192)
 /* A block's word, shaders/include/leaf_block.glsl. */
 #define KD_BLOCK_FIRST 0xFFFFFFu
 #define KD_BLOCK_WAITS 0xFFFFFFu /* in place of the first: its cells have no slots yet */

@@ -1,9 +1,9 @@
 // Cells of the dynamic layer: one invocation a leaf parent adds up the voxels on its chain (link.comp), for its eight cells at
-// once, and packs them. Leaves the heads of the chains empty, for the next frame.
+// once, and packs them; it notes which of the eight there are. Leaves the heads of the chains empty, for the next frame.
 layout(local_size_x = 64) in;
 
 #include "shaders/include/linear.glsl"
-#include "shaders/include/splat_parents.glsl"
+#include "shaders/include/splat.glsl"
 #include "shaders/include/cell_chain.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: parents that there is room for
@@ -11,8 +11,7 @@ layout(binding = 0) uniform usamplerBuffer voxels; // rgba32ui
 layout(binding = 1) uniform usamplerBuffer next;   // r32ui
 layout(std430, binding = 0) buffer counters_block { uint counters[]; };
 layout(std430, binding = 1) buffer heads_block { uint heads[]; }; // first entries
-layout(std430, binding = 2) writeonly buffer cells_block { uvec4 cells[]; };
-layout(std430, binding = 3) buffer masks_block { uint masks[]; }; // of the cells
+layout(std430, binding = 2) writeonly buffer cells_block { uvec4 cells[]; }; // eight a parent; behind all a word for each: which there are
 layout(std430, binding = 4) readonly buffer segments_block { kd_voxel_segment segments[]; };
 layout(std430, binding = 5) readonly buffer objects_block { kd_voxel_object_params objects[]; };
 
@@ -31,14 +30,6 @@ uvec3 chain_emission(uint entry, uint share)
     return share_emission(share, objects[segments[(entry >> 3) / KD_SEGMENT_VOXELS].object].emission.rgb);
 }
 
-// Code of the parent for which an entry is on a chain.
-uint parent_code(uint entry)
-{
-    uvec2 place = texelFetch(voxels, int(entry >> 3)).xy;
-    uint c = segments[(entry >> 3) / KD_SEGMENT_VOXELS].chunk_cascade >> 28;
-    return splat_parent_code(splat_parent_codes(splat_unpack(place.x, place.y), c), entry & 7u);
-}
-
 // Returns how many of the eight cells are occupied.
 uint make_cells(uint n)
 {
@@ -47,10 +38,7 @@ uint make_cells(uint n)
 #define PUT(k, surface) bits |= 1u << k; cells[n * 8u + k] = uvec4(surface, 0u, 0u);
     EIGHT_EACH(PUT, sums)
     heads[n] = KD_EMPTY;
-    if (bits != 0u) {
-        uint code = parent_code(first);
-        atomicOr(masks[code >> 2], bits << (8u * (code & 3u)));
-    }
+    cells[pass.x * 8u + (n >> 2)][n & 3u] = bits;
     for (uint glow = sums.share != 0u ? bits : 0u; glow != 0u; glow &= glow - 1u) {
         uint k = uint(findLSB(glow));
         cells[n * 8u + k].zw = chain_pack_emission(first, k);

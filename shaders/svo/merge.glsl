@@ -2,8 +2,8 @@
 
 layout(binding = 0) uniform usamplerBuffer moving; // rgba32ui: words of the dynamic layer, four a texel
 
-// Bits of the dynamic layer's leaf parents; they lie behind its cells.
-uvec4 four_parents_dynamic(uint four_words) { return texelFetch(moving, int(places.size.z / 4u + four_words)); }
+// Bits of the dynamic layer's leaf parents.
+uvec4 four_parents_dynamic(uint four_words) { return texelFetch(moving, int(four_words)); }
 
 uint parents_dynamic(uint word) { return four_parents_dynamic(word >> 2)[word & 3u]; }
 

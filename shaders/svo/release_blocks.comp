@@ -24,6 +24,8 @@ void main()
     if (!stale_brick(code >> (3u * pass.x)))
         return;
     uint at = stale_place(code * 8u), cells = fresh[at >> 5] >> (at & 31u) & 255u, block = book[places.blocks.x + number];
+    if (cells != block >> KD_BLOCK_BITS)
+        book_tell_change(code >> (3u * pass.x));
     block_give_back(block);
     block_count_cells(code, uint(bitCount(cells)), block_count(block));
     book[places.blocks.x + number] = cells == 0u ? 0u : cells << KD_BLOCK_BITS | KD_BLOCK_WAITS;

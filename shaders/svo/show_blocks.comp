@@ -1,4 +1,4 @@
-// Shows the leaves of touched parents (show.glsl). One invocation a touched parent.
+// Shows the leaves of touched parents (show.glsl), but for those that show_moving.comp does. One invocation a touched parent.
 layout(local_size_x = 64) in;
 
 #include "shaders/include/linear.glsl"
@@ -13,5 +13,7 @@ void main()
     if (number == KD_EMPTY)
         return;
     uint code = book[places.codes[level] + number];
-    show(number, code, level == 0u ? 0u : find_node(level - 1u, code >> 3));
+    uint above = level == 0u ? 0u : find_node(level - 1u, code >> 3);
+    if (!leads_to_moving(nodes[block_place(above, code)]) && !leads_to_moving(seen_block(number, code)))
+        show(number, code, above);
 }

@@ -27,6 +27,7 @@ void vanish(uint level, uint code, uint rank)
         block_give_back(book[places.blocks.x + number]);
         block_count_cells(code, 0u, block_count(book[places.blocks.x + number]));
         nodes[block_place(parent, code)] = 0u;
+        book_tell_change(code >> (3u * level));
     }
     book[places.codes[level] + number] = KD_EMPTY;
     book[places.free[level] + counters[KD_COUNT_FREE + level] + rank] = number;

@@ -261,8 +261,9 @@ static void begin_reuse(kd_gpu *gpu, kd_world *w, gather_state *state, struct kd
     state->normal_depth_before = state->normal_depth;
     state->normal_depth = before;
     kd_gpu_bind_storage(gpu, 2, jump->state);
-    kd_gpu_bind_storage(gpu, 3, svo->changes.id ? svo->changes : jump->state);
-    if (wanted && same && svo->changes.id) {
+    if (svo->book.id)
+        kd_svo_bind_changes(gpu, svo, 3);
+    if (wanted && same && svo->book.id) {
         const float *m = state->seen.view.m;
         params->reuse = (kd_gl_uvec4){period == 3 ? 2 : period, (uint32_t)frame->index, 0, 0};
         memcpy(&params->before, &state->seen.view_projection, sizeof params->before);

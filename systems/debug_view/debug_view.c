@@ -18,7 +18,7 @@ struct kd_debug_view_params debug_view_params(const kd_frame *frame, const kd_sv
     return (struct kd_debug_view_params){
         .view = {frame->width, frame->height, level < 0 ? 0 : (uint32_t)level,
                  (uint32_t)kd_frame_channel(frame)},
-        .tree = {svo->layer_words, kd_svo_moving_room(svo), svo->node_capacity,
+        .tree = {0, kd_svo_moving_room(svo), svo->node_capacity,
                  kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2},
     };
 }

@@ -39,8 +39,7 @@ static void make_list(kd_gpu *gpu, const emitters_state *state, const kd_emitter
 {
     kd_gpu_fill_buffer(gpu, emitters->sums, 0, sums_size(svo), 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    uint32_t pass[4] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2, svo->layer_words,
-                        kd_svo_moving_room(svo), 0};
+    uint32_t pass[4] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2, kd_svo_moving_room(svo), 0, 0};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, pass, sizeof pass);
     lighting_bind_leaves(gpu, svo);
     kd_gpu_bind_storage(gpu, 6, emitters->sums);

@@ -63,8 +63,8 @@ static void inject(kd_system_context *context, bool send_out)
     if (!svo->leaves.id || !bounce->entries.id)
         return;
     uint32_t pass[8] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2,
-                        svo->layer_words,
                         kd_svo_moving_room(svo),
+                        0,
                         0,
                         bounce->frame,
                         send_out ? bounce->period * KD_BOUNCE_MAX_TURNS : 0,

@@ -214,19 +214,23 @@ static void over_touched(kd_gpu *gpu, const svo_state *state, const kd_svo *svo,
 
 static void bind_show(kd_gpu *gpu, const kd_svo *svo)
 {
-    uint32_t pass[4] = {leaf_parents(svo), kd_svo_moving_room(svo), kd_svo_parent_words(svo), 0};
+    uint32_t pass[4] = {leaf_parents(svo), kd_svo_moving_room(svo), kd_svo_parent_words(svo),
+                        svo->moved_room};
     bind_book(gpu, svo);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
-    kd_svo_bind_parents(gpu, svo, 2);
+    kd_gpu_bind_storage(gpu, 2, svo->moving);
 }
 
-static void show_moving(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
+static void show_moving(kd_gpu *gpu, svo_state *state, kd_svo *svo)
 {
     bind_show(gpu, svo);
     kd_texel_view_bind(gpu, &state->moved_view, 2, svo->touched, KD_RGBA32UI);
+    kd_gpu_bind_storage(gpu, 1, svo->moved_room ? svo->moved_cells : svo->moving);
+    kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);
     kd_gpu_bind_storage(gpu, 6, svo->touched);
     kd_gpu_dispatch_linear(gpu, state->programs[SVO_SHOW_MOVING], (kd_svo_parent_words(svo) / 4 + 63) / 64);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE | KD_BARRIER_BUFFER_UPDATE);
+    svo_keep_moving(gpu, svo);
 }
 
 void svo_build_blocks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)

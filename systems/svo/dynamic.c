@@ -17,7 +17,7 @@ static uint32_t parents_in_any_pose(const kd_svo *svo, uint32_t counted, uint64_
     if (most > KD_BLOCK_FIRST / 16) /* eight leaves each, in half of the slots that a block's word can name */
         most = KD_BLOCK_FIRST / 16;
     uint64_t want = (voxels > (uint64_t)counted * 2 ? voxels : (uint64_t)counted * 2) + 1024;
-    return (uint32_t)(want < most ? want : most);
+    return (uint32_t)(want < most ? want : most) / 4 * 4; /* four of their words stand in a row */
 }
 
 /* Room is settled when the layer's members change, so that no frame depends on what earlier ones needed. */
@@ -81,7 +81,7 @@ static void link_voxels(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const 
         list_groups(gpu, state, svo, pages, first, count);
         kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
         kd_gpu_bind_storage(gpu, 0, pages->segments);
-        kd_svo_bind_parents(gpu, svo, 1);
+        kd_gpu_bind_storage(gpu, 1, svo->moving);
         kd_gpu_bind_storage(gpu, 2, svo->heads);
         kd_gpu_bind_storage_range(gpu, 3, svo->next, first * SLOT_CHAIN_BYTES, count * SLOT_CHAIN_BYTES);
         kd_gpu_bind_storage(gpu, 4, svo->counters);
@@ -102,7 +102,6 @@ static void make_cells(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const k
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->heads);
     kd_gpu_bind_storage(gpu, 2, svo->dynamic_cells);
-    kd_gpu_bind_storage(gpu, 3, svo->moving);
     kd_gpu_bind_storage(gpu, 4, scene->pages[KD_LAYER_DYNAMIC].segments);
     kd_gpu_bind_storage(gpu, 5, scene->object_params);
     kd_gpu_dispatch_indirect(gpu, state->programs[SVO_CELLS], svo->counters, KD_ARGS_DYNAMIC * 4);
@@ -112,17 +111,14 @@ static void make_cells(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const k
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
-    size_t layer_bytes = (size_t)svo->layer_words * 4;
     uint32_t words = kd_svo_parent_words(svo), slots = pages->page_count * KD_PAGE_SEGMENTS;
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_DYNAMIC * 4, 4, 0);
-    if (svo->has_moving && (pages->segment_count || state->dynamic_before))
-        kd_gpu_fill_buffer(gpu, svo->moving, 0, layer_bytes, 0);
     if (!pages->segment_count || !svo->has_moving) {
         svo->dynamic_room = state->dynamic.wanted = 0;
         return;
     }
-    if (kd_gpu_rank_run(gpu, &state->rank, svo->moving, svo->layer_words, words, svo->moving,
-                        svo->layer_words + words, svo->counters, KD_COUNT_PARENTS) != KD_OK)
+    if (kd_gpu_rank_run(gpu, &state->rank, svo->moving, 0, words, svo->moving, words, svo->counters,
+                        KD_COUNT_PARENTS) != KD_OK)
         kd_log(KD_LOG_WARNING, "octree: moving voxels cannot be numbered; they are left out");
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     settle_dynamic(gpu, state, svo, scene);
@@ -132,5 +128,5 @@ void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxe
         make_cells(gpu, state, svo, scene);
     }
     state->bytes_build +=
-        (uint64_t)words * 12 + layer_bytes + pages->voxel_count * (2 * KD_PAGE_WORDS * 4 + SVO_CHAIN_BYTES);
+        (uint64_t)words * 12 + pages->voxel_count * (2 * KD_PAGE_WORDS * 4 + SVO_CHAIN_BYTES);
 }

@@ -37,8 +37,8 @@ typedef enum svo_program {
     SVO_FILTER_DENSE,
     SVO_FILTER_UP,
     SVO_ABOVE_LIST,
-    SVO_CHANGES,
-    SVO_STILL_CELLS,
+    SVO_TELL_LEAVES,
+    SVO_TELL_CHANGES,
     SVO_RENUMBER,
     SVO_MOVE,
     SVO_FILTER_ABOVE,
@@ -123,8 +123,8 @@ kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells);
  * gone give their room back. */
 kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t parents);
 kd_status svo_reserve_chains(kd_gpu *gpu, kd_svo *svo, uint64_t voxels);
-#define SVO_PARENT_CELL_BYTES (8u * 16u)
-#define SVO_CHAIN_BYTES       (8u * 4u) /* of a voxel: it may lie in eight parents */
+#define SVO_PARENT_CELL_BYTES (8u * 16u + 4u) /* and which of the eight there are */
+#define SVO_CHAIN_BYTES       (8u * 4u)       /* of a voxel: it may lie in eight parents */
 
 /** Make room for bits and ranks of the dynamic layer's cells, or give it back. Errors KD_GPU, KD_NO_MEMORY:
  * as it was */
@@ -218,8 +218,9 @@ void svo_build_blocks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
 void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
-/* changes.c: `changed` when the tree was touched in this frame */
-void svo_note_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo, bool changed);
+/* changes.c: with one layer, where leaves came or went; what of the moving ones the next frame is to know */
+void svo_tell_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo);
+void svo_keep_moving(kd_gpu *gpu, kd_svo *svo);
 
 /* filter.c: shaders/svo/filter_*.comp */
 void svo_filter(kd_gpu *gpu, const svo_state *state, const kd_svo *svo);

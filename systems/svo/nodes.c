@@ -67,6 +67,7 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     if (scene->moved) /* what is above the outermost cascade is counted from its corner */
         kd_gpu_fill_buffer(gpu, svo->counters, (KD_COUNT_UP + svo->cascades) * 4, 4, 1);
     kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.others.y * 4, dense_bytes(svo), 0);
+    kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.news.x * 4, dense_bytes(svo), 0);
     if (svo_levels(svo) > 1)
         kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.changed.y * 4, node_bits, 0);
     if (scene->static_changed)

@@ -20,19 +20,18 @@ static void place_cells(kd_svo *svo)
     p->changed.x = 0;
     p->others.x = bits;
     p->others.y = 2 * bits;
-    p->others.z = 3 * bits;
+    p->news = (kd_gl_uvec4){3 * bits, kd_svo_parent_words(svo), 0, 0};
+    p->others.z = 4 * bits;
     p->words.y = p->others.z + n * KD_UP_CELLS;
     p->words.z = p->words.y + KD_UP_CELLS / 32;
-    p->list.x = p->words.x =
-        p->words.z + KD_UP_CELLS; /* the filter's list, and before it two of the build's */
+    p->words.x = p->words.z + KD_UP_CELLS;
     p->words.w = p->words.x + parts;
     p->blocks.z = n * KD_FREE_BLOCKS;
 }
 
 size_t svo_fixed_book_bytes(const kd_svo *svo)
 {
-    size_t dense = (size_t)svo->cascades * KD_DENSE * KD_DENSE * KD_DENSE, parts = svo->layer_words / 8;
-    return 4 * (svo->places.list.x + (dense > 2 * parts ? dense : 2 * parts) + 8 * svo->places.blocks.z);
+    return 4 * ((size_t)svo->places.words.w + kd_svo_parent_words(svo) + 8ul * svo->places.blocks.z);
 }
 
 uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, const uint32_t *room)
@@ -55,7 +54,8 @@ uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, const uint3
         list[l] = at;
     for (uint32_t l = 1; l < levels; at += room[l] / 32, l++)
         changed[l] = at;
-    return at;
+    list[0] = at; /* dense cells with nodes, and those that lost theirs */
+    return at + 2 * room[0];
 }
 
 static kd_status make_buffers(kd_gpu *gpu, kd_svo *svo, uint32_t level_words)
@@ -139,13 +139,13 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 {
     kd_gpu_buffer buffers[] = {
-        svo->changes,       svo->uniform,        svo->masks,          svo->moving,
+        svo->told,          svo->uniform,        svo->masks,          svo->moving,
         svo->fresh,         svo->level_masks[0], svo->level_masks[1], svo->touched,
         svo->diff,          svo->diff_ranks,     svo->book,           svo->counters,
         svo->sums,          svo->static_albedo,  svo->taken,          svo->static_emission,
         svo->dynamic_cells, svo->heads,          svo->next,           svo->groups,
         svo->index,         svo->nodes,          svo->leaves,         svo->data,
-        svo->fresh_heads,   svo->entries,        svo->entry_glows};
+        svo->fresh_heads,   svo->entries,        svo->entry_glows,    svo->moved_cells};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         kd_gpu_destroy_buffer(gpu, buffers[i]);
     kd_gpu_texture textures[] = {svo->atlas_view, svo->atlas, svo->depths_view, svo->depths};
@@ -332,7 +332,7 @@ kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted)
 kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted)
 {
     kd_gpu_buffer made = {0};
-    size_t words = (size_t)svo->layer_words + 2 * kd_svo_parent_words(svo);
+    size_t words = 2ul * kd_svo_parent_words(svo);
     if (svo->has_moving == wanted)
         return KD_OK;
     kd_status status = make_buffer(gpu, &made, wanted ? words * 4 : 4, "svo.moving");
@@ -341,6 +341,11 @@ kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted)
     kd_gpu_destroy_buffer(gpu, svo->moving);
     svo->moving = made;
     svo->has_moving = wanted;
+    if (!wanted) {
+        kd_gpu_destroy_buffer(gpu, svo->moved_cells);
+        svo->moved_cells = (kd_gpu_buffer){0};
+        svo->moved_room = 0;
+    }
     return KD_OK;
 }
 

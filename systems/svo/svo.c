@@ -37,8 +37,8 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_FILTER_DENSE] = "shaders/svo/filter_dense.comp",
     [SVO_FILTER_UP] = "shaders/svo/filter_up.comp",
     [SVO_ABOVE_LIST] = "shaders/svo/above_list.comp",
-    [SVO_CHANGES] = "shaders/svo/changes.comp",
-    [SVO_STILL_CELLS] = "shaders/svo/still_cells.comp",
+    [SVO_TELL_LEAVES] = "shaders/svo/tell_leaves.comp",
+    [SVO_TELL_CHANGES] = "shaders/svo/tell_changes.comp",
     [SVO_RENUMBER] = "shaders/svo/renumber.comp",
     [SVO_MOVE] = "shaders/svo/move.comp",
     [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
@@ -221,7 +221,8 @@ static void build(kd_system_context *context)
         kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
         builds[scene->build](gpu, state, svo, scene);
     }
-    svo_note_changes(gpu, state, svo, changed);
+    if (scene->one_layer && svo->wants_changes)
+        svo_tell_changes(gpu, state, svo);
     state->dynamic_before = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_readback_buffer(gpu, state->readback, svo->counters, 0, KD_COUNT_WORDS * 4, 0);

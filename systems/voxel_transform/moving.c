@@ -96,7 +96,7 @@ kd_status moving_transform(kd_system_context *context, moving_voxels *m, const k
         return status;
     list_groups(gpu, m, scene, slots);
     kd_gpu_bind_storage(gpu, 5, pages->voxels);
-    kd_svo_bind_parents(gpu, svo, 6);
+    kd_gpu_bind_storage(gpu, 6, svo->moving);
     kd_pose_access_bind(gpu, &m->pose, kd_singleton(context->world, kd_scene_store),
                         kd_singleton(context->world, kd_joint_palette), scene->cache_binding);
     kd_texel_view_bind(gpu, &m->record_view, KD_POSE_VIEWS, m->records, KD_RGBA32UI);

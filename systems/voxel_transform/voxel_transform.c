@@ -86,7 +86,7 @@ static void run(kd_system_context *context)
         list_static(gpu, state, scene);
     bool takes = scene->build != KD_SVO_BUILD_ORDERFREE; /* and needs no bits */
     if (svo->has_moving)
-        kd_gpu_fill_buffer(gpu, svo->moving, (size_t)svo->layer_words * 4, kd_svo_parent_words(svo) * 4, 0);
+        kd_gpu_fill_buffer(gpu, svo->moving, 0, (size_t)kd_svo_parent_words(svo) * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     if (scene->pages[KD_LAYER_DYNAMIC].segment_count && (svo->has_moving || takes))
         transform_dynamic(context, state, scene, svo);

@@ -132,8 +132,8 @@ static void put_cloud(voxel_world *v, const cloud *c, const svo_reference *r)
     pages->changed = true;
     if (scene->build == KD_SVO_BUILD_ORDERFREE) {
         voxel_frame(v); /* makes room for the bits; what moves is all there is */
-        kd_gpu_write_buffer(voxel_gpu, svo->moving, (size_t)svo->layer_words * 4,
-                            r->level_masks[r->levels - 1], kd_svo_parent_words(svo) * 4);
+        kd_gpu_write_buffer(voxel_gpu, svo->moving, 0, r->level_masks[r->levels - 1],
+                            kd_svo_parent_words(svo) * 4);
     }
     voxel_frame(v);
     pages->changed = false;

@@ -8,7 +8,7 @@ static void assert_dynamic_cells(const kd_svo *svo, const svo_reference *r)
 {
     uint32_t words = kd_svo_parent_words(svo), rank = 0, at = 0;
     const uint32_t *mask = r->masks[KD_LAYER_DYNAMIC];
-    uint32_t *parents = voxel_read(svo->moving, (size_t)svo->layer_words * 4, words * 8);
+    uint32_t *parents = voxel_read(svo->moving, 0, (size_t)words * 8);
     uint32_t(*cells)[8][4] = voxel_read(svo->dynamic_cells, 0, svo->dynamic_room * sizeof *cells);
     for (uint32_t parent = 0; parent < words * 32; parent++) {
         uint32_t bits = mask[parent >> 2] >> (8 * (parent & 3)) & 255u;
@@ -70,8 +70,7 @@ static void assert_levels(const tree_copy *t, const svo_reference *r, bool fresh
         for (uint32_t i = 0; fresh && i < t->count[l]; i++)
             assert_int_equal(t->numbers[l][i], i);
         if (fresh && l + 1 < r->levels)
-            assert_memory_equal(t->nodes + t->child_first[l], r->nodes[l],
-                                (size_t)r->node_count[l] * 32);
+            assert_memory_equal(t->nodes + t->child_first[l], r->nodes[l], (size_t)r->node_count[l] * 32);
     }
     if (fresh)
         assert_memory_equal(t->index, r->index, (size_t)r->cascades * KD_DENSE * KD_DENSE * KD_DENSE * 4);

@@ -26,21 +26,39 @@ static uint32_t world_cell(const kd_voxel_scene *scene, uint32_t log2_size, uint
     return c;
 }
 
-static bool bit_at(const uint32_t *words, uint32_t bit)
-{
-    return (words[bit >> 5] >> (bit & 31) & 1u) != 0;
-}
-
-/* Bits of the dynamic layer, then of its leaf parents and their ranks; zeros when nothing moves. */
+/* Which parents something moves in, by rank: their mask, the ranks of its words, and which of the eight cells
+ * move. Zeros when nothing does. */
 static uint32_t *read_moving(const dump *d, const kd_svo *svo)
 {
-    size_t bytes = ((size_t)svo->layer_words + 2 * kd_svo_parent_words(svo)) * 4;
+    size_t bytes = (size_t)kd_svo_parent_words(svo) * 8, room = kd_svo_moving_room(svo);
+    uint32_t *moving = calloc(1, bytes + room * 4);
+    if (!moving) {
+        (void)kd_fail(KD_NO_MEMORY, "--dump: out of memory for %zu bytes", bytes + room * 4);
+        return NULL;
+    }
     if (svo->has_moving)
-        return dump_read(d, svo->moving, 0, bytes);
-    uint32_t *none = calloc(1, bytes);
-    if (!none)
-        (void)kd_fail(KD_NO_MEMORY, "--dump: out of memory for %zu bytes", bytes);
-    return none;
+        kd_gpu_read_buffer(d->rig->gpu, svo->moving, 0, moving, bytes);
+    if (room)
+        kd_gpu_read_buffer(d->rig->gpu, svo->dynamic_cells, kd_svo_moving_words(svo), moving + bytes / 4,
+                           room * 4);
+    return moving;
+}
+
+/* Rank of a leaf parent among those in which something moves; KD_EMPTY: it is none of them, or there is no
+ * room. */
+static uint32_t moving_rank(const uint32_t *moving, const kd_svo *svo, uint32_t parent)
+{
+    uint32_t words = kd_svo_parent_words(svo), word = moving[parent >> 5];
+    uint32_t below = word & ((1u << (parent & 31)) - 1);
+    uint32_t rank = moving[words + (parent >> 5)] + (uint32_t)__builtin_popcount(below);
+    return word >> (parent & 31) & 1u && rank < kd_svo_moving_room(svo) ? rank : KD_EMPTY;
+}
+
+/* Which of its eight cells move, a bit each. */
+static uint32_t moving_cells(const uint32_t *moving, const kd_svo *svo, uint32_t parent)
+{
+    uint32_t rank = moving_rank(moving, svo, parent);
+    return rank == KD_EMPTY ? 0 : moving[2 * kd_svo_parent_words(svo) + rank];
 }
 
 /* ---- leaves ---- */
@@ -112,34 +130,21 @@ static void add_static(leaf_row *row, const leaf_source *s, uint32_t slot)
     add_cell(row, words);
 }
 
-/* Rank of a leaf parent among those in which something moves; KD_EMPTY: it is none of them, or there is no
- * room. */
-static uint32_t moving_rank(const leaf_source *s, const kd_svo *svo, uint32_t parent)
-{
-    uint32_t words = kd_svo_parent_words(svo);
-    const uint32_t *parents = s->moving + svo->layer_words; /* mask, then ranks */
-    if (!bit_at(parents, parent))
-        return KD_EMPTY;
-    uint32_t below = parents[parent >> 5] & ((1u << (parent & 31)) - 1);
-    uint32_t rank = parents[words + (parent >> 5)] + (uint32_t)__builtin_popcount(below);
-    return rank < kd_svo_moving_room(svo) ? rank : KD_EMPTY;
-}
-
 static void put_leaf(dump *d, const kd_voxel_scene *scene, const kd_svo *svo, const leaf_source *s,
                      uint32_t number, uint32_t k)
 {
     uint32_t code = s->codes[number] * 8 + k, slot = kd_svo_block_slot(svo, s->blocks[number], k);
-    uint32_t rank = moving_rank(s, svo, code >> 3);
-    bool still = slot != KD_EMPTY, moving = bit_at(s->moving, code);
+    uint32_t rank = moving_rank(s->moving, svo, code >> 3);
+    bool still = slot != KD_EMPTY, moving = moving_cells(s->moving, svo, code >> 3) >> k & 1u;
     leaf_row row = {0};
     if (!still && !moving)
         return;
     if (still)
         add_static(&row, s, slot);
-    if (moving)
+    if (moving) {
         row.layers |= 2;
-    if (moving && rank != KD_EMPTY)
         add_cell(&row, s->cells + 4 * ((size_t)rank * 8 + k));
+    }
     const uint32_t none[2] = {0}, *leaf = none;
     if (rank != KD_EMPTY)
         leaf = s->leaves + 2 * ((size_t)svo->leaf_room + 8 * rank + k);
@@ -268,11 +273,11 @@ static void load_sparse(node_row *row, const node_source *s, size_t entry)
 static void load_children(node_row *row, const node_source *s, const kd_svo *svo, uint32_t l, uint32_t code)
 {
     bool leaf_parent = svo->leaf_level - KD_DENSE_LOG2 == l + 1;
+    uint32_t moves = leaf_parent ? moving_cells(s->moving, svo, code) : 0;
     for (uint32_t k = 0; k < 8; k++) {
-        uint32_t leaf = code * 8 + k;
         if (!leaf_parent)
             row->children[k] = s->nodes[(&svo->places.child.x)[l] + (size_t)row->number * 8 + k];
-        else if (kd_svo_block_slot(svo, s->blocks[row->number], k) != KD_EMPTY || bit_at(s->moving, leaf))
+        else if (kd_svo_block_slot(svo, s->blocks[row->number], k) != KD_EMPTY || (moves >> k & 1u))
             row->children[k] = row->number * 8 + k;
         else
             row->children[k] = KD_EMPTY;

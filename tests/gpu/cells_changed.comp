@@ -1,4 +1,4 @@
-// Asks for every cell of cascade 0 whether it changed.
+// Asks for every cell of cascade 0 whether something changed around it.
 layout(local_size_x = 64) in;
 
 #define KD_CHANGES_BINDING 1
@@ -11,5 +11,5 @@ void main()
 {
     uint n = linear_index(), edge = tree.info.y;
     if (n < edge * edge * edge)
-        answers[n] = uint(cell_changed(0u, ivec3(uvec3(n, n / edge, n / edge / edge) % edge)));
+        answers[n] = uint(cells_changed_around(0u, ivec3(uvec3(n, n / edge, n / edge / edge) % edge)));
 }
