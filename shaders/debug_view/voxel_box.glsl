@@ -73,7 +73,7 @@ voxel_box box_load(kd_voxel_segment segment, uint slot, uint i)
     rigid_voxel v = rigid_voxel_load(segment, i);
     if (!v.inside || c < params.view.z)
         return none;
-    return box_of(c, v.place, v.normal);
+    return box_of(c, v.place, rigid_voxel_load_normal(segment, i));
 #else
     uint at = (slot * KD_SEGMENT_VOXELS + i) * KD_PAGE_WORDS;
     if (voxels[at] == KD_NO_VOXEL || c < params.view.z)

@@ -15,15 +15,19 @@ kd_voxel_segment segment_fetch(uint slot)
 
 vec4 chunk_fetch_origin(kd_voxel_segment s) { return texelFetch(chunk_texels, int(s.chunk_cascade & 0xFFFFFFFu) * 2); }
 
-// Matrices alone.
+// The matrix of positions alone, and that of normals.
 kd_voxel_object_params object_fetch(uint object)
 {
     kd_voxel_object_params o;
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 3; k++)
         o.model_ws[k] = texelFetch(object_texels, int(object) * 8 + k);
-        o.normal_ws[k] = texelFetch(object_texels, int(object) * 8 + 3 + k);
-    }
     return o;
 }
 
-vec3 object_fetch_emission(uint object) { return texelFetch(object_texels, int(object) * 8 + 7).rgb; }
+kd_voxel_object_params object_fetch_normals(uint object)
+{
+    kd_voxel_object_params o;
+    for (int k = 0; k < 3; k++)
+        o.normal_ws[k] = texelFetch(object_texels, int(object) * 8 + 3 + k);
+    return o;
+}

@@ -25,7 +25,8 @@
 #define KD_BINDING_WORDS 3u
 #define KD_GROUP_VOXELS 32u   /* of a segment; static voxels are culled by groups: short ones, since caches run along x */
 #define KD_SEGMENT_GROUPS 32u
-#define KD_GROUPS_AT_ONCE 2u  /* groups that a work group of 64 does */
+#define KD_GROUP_LANES 2u     /* invocations that do a group in turns, so that what its voxels share is read once for sixteen */
+#define KD_GROUPS_AT_ONCE 32u  /* groups that a work group of 64 does */
 #define KD_GROUP_ROW 1024u    /* work groups along x of a dispatch over a list of them */
 #define KD_NO_VOXEL 0x80000000u
 #define KD_EMPTY 0xFFFFFFFFu

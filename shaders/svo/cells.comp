@@ -1,19 +1,21 @@
 // Cells of the dynamic layer: one invocation a leaf parent adds up the voxels on its chain (link.comp), for its eight cells at
-// once, and packs them; it notes which of the eight there are. Leaves the heads of the chains empty, for the next frame.
+// once, packs them, notes which of the eight there are, and leads the tree to them. Leaves the heads of the chains empty, for the next frame.
 layout(local_size_x = 64) in;
 
+#define KD_MOVED_BINDING 5
 #include "shaders/include/linear.glsl"
-#include "shaders/include/splat.glsl"
+#include "shaders/include/svo_find.glsl"
+#include "shaders/svo/moved.glsl"
+#include "shaders/include/splat_parents.glsl"
 #include "shaders/include/cell_chain.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: parents that there is room for
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: parents that there is room for, y: level of the leaf parents, z: words of `moved_cells`
 layout(binding = 0) uniform usamplerBuffer voxels; // rgba32ui
 layout(binding = 1) uniform usamplerBuffer next;   // r32ui
-layout(std430, binding = 0) buffer counters_block { uint counters[]; };
+layout(binding = 2) uniform usamplerBuffer segments; // rgba32ui: object, first voxel, count, chunk and cascade
+layout(binding = 3) uniform samplerBuffer objects;   // rgba32f, eight an object
 layout(std430, binding = 1) buffer heads_block { uint heads[]; }; // first entries
 layout(std430, binding = 2) writeonly buffer cells_block { uvec4 cells[]; }; // eight a parent; behind all a word for each: which there are
-layout(std430, binding = 4) readonly buffer segments_block { kd_voxel_segment segments[]; };
-layout(std430, binding = 5) readonly buffer objects_block { kd_voxel_object_params objects[]; };
 
 shared uint occupied; // cells of this group's parents
 
@@ -25,9 +27,35 @@ chained chain_load(uint entry)
     return chained(texelFetch(next, int(entry)).r, far, odd, entry & 7u, v.z, v.w);
 }
 
+uvec4 segment_of(uint entry) { return texelFetch(segments, int((entry >> 3) / KD_SEGMENT_VOXELS)); }
+
 uvec3 chain_emission(uint entry, uint share)
 {
-    return share_emission(share, objects[segments[(entry >> 3) / KD_SEGMENT_VOXELS].object].emission.rgb);
+    return share_emission(share, texelFetch(objects, int(segment_of(entry).x) * 8 + 7).rgb);
+}
+
+// Code of the parent for which an entry is on a chain.
+uint parent_code(uint entry)
+{
+    uvec2 place = texelFetch(voxels, int(entry >> 3)).xy;
+    return splat_parent_code(splat_parent_codes(splat_unpack(place.x, place.y), segment_of(entry).w >> 28), entry & 7u);
+}
+
+// The word that leads to the leaves of the parent with this code leads to those of place n among what moves.
+void show(uint n, uint code, uint cells_moving)
+{
+    uint level = pass.y, above = level == 0u ? 0u : find_node(level - 1u, code >> 3);
+    uint number = level == 0u ? index[dense_place(code)] : above == KD_EMPTY ? KD_EMPTY : nodes[child_place(level, above, code)];
+    if (number == KD_EMPTY) // there was no room for it
+        return;
+    uint place = block_place(above, code), still = book[places.blocks.x + number] >> KD_BLOCK_BITS;
+    if (cells_before(nodes[place], still, pass.z) != (still | cells_moving))
+        book_tell_change(code >> (3u * level));
+    nodes[place] = 255u << KD_BLOCK_BITS | (places.blocks.w + 8u * n);
+    if (level == 0u)
+        book_change_dense(code);
+    else
+        book_change_node(level, number);
 }
 
 // Returns how many of the eight cells are occupied.
@@ -39,6 +67,8 @@ uint make_cells(uint n)
     EIGHT_EACH(PUT, sums)
     heads[n] = KD_EMPTY;
     cells[pass.x * 8u + (n >> 2)][n & 3u] = bits;
+    if (first != KD_EMPTY)
+        show(n, parent_code(first), bits);
     for (uint glow = sums.share != 0u ? bits : 0u; glow != 0u; glow &= glow - 1u) {
         uint k = uint(findLSB(glow));
         cells[n * 8u + k].zw = chain_pack_emission(first, k);

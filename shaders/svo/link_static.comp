@@ -42,20 +42,12 @@ void mark(uint place, uint cells)
         atomicOr(fresh[word], bits);
 }
 
-void main()
+// c: cascade, voxel: in the cache, entry: its own
+void link(uint c, uint object, kd_voxel_object_params rows, vec4 origin, uint voxel, uint entry)
 {
-    uint local = gl_LocalInvocationIndex;
-    uint listed = (gl_WorkGroupID.y * KD_GROUP_ROW + gl_WorkGroupID.x) * KD_GROUPS_AT_ONCE + local / KD_GROUP_VOXELS;
-    if (listed >= stale_word(KD_STALE_COUNT))
-        return;
-    uint n = stale_word(stale_at.groups + listed), i = n % KD_SEGMENT_GROUPS * KD_GROUP_VOXELS + local % KD_GROUP_VOXELS;
-    kd_voxel_segment segment = segment_fetch(n / KD_SEGMENT_GROUPS);
-    if (i >= segment.count)
-        return;
-    uint c = segment.chunk_cascade >> 28, voxel = segment.first + i;
     uvec2 cached = texelFetch(shape_texels, int(voxel)).rg;
-    rigid_voxel v = rigid_voxel_of(c, object_fetch(segment.object), chunk_fetch_origin(segment), cached);
-    uint corners = v.inside ? splat_corners(v.place, c) : 0u, entry = listed * KD_GROUP_VOXELS + local % KD_GROUP_VOXELS;
+    rigid_voxel v = rigid_voxel_of(c, rows, origin, cached.x);
+    uint corners = v.inside ? splat_corners(v.place, c) : 0u;
     uint odd = (uint(v.place.cell.x) & 1u) | (uint(v.place.cell.y) & 1u) << 1 | (uint(v.place.cell.z) & 1u) << 2;
     splat_codes codes = splat_parent_codes(v.place, c);
     bool first = true;
@@ -73,9 +65,25 @@ void main()
         first = false;
         if (entry >= pass.z)
             continue;
+        uint normal = rigid_voxel_normal(object_fetch_normals(object), cached.y) | (cached.y & 0xFF000000u);
         entries[entry] = uvec4(atomicExchange(heads[place], entry), splat_pack_fraction(v.place) | k << 24 | odd << 27,
-                               v.normal | (cached.y & 0xFF000000u), texelFetch(color_texels, int(voxel)).r);
+                               normal, texelFetch(color_texels, int(voxel)).r);
         for (bool glow = tree.light.x > 0.0 && entry < uint(glows.length()); glow; glow = false)
-            glows[entry] = segment.object;
+            glows[entry] = object;
     }
+}
+
+void main()
+{
+    uint local = gl_LocalInvocationIndex, lane = local % KD_GROUP_LANES;
+    uint listed = (gl_WorkGroupID.y * KD_GROUP_ROW + gl_WorkGroupID.x) * KD_GROUPS_AT_ONCE + local / KD_GROUP_LANES;
+    if (listed >= stale_word(KD_STALE_COUNT))
+        return;
+    uint n = stale_word(stale_at.groups + listed), begin = n % KD_SEGMENT_GROUPS * KD_GROUP_VOXELS;
+    kd_voxel_segment segment = segment_fetch(n / KD_SEGMENT_GROUPS);
+    vec4 origin = chunk_fetch_origin(segment);
+    kd_voxel_object_params rows = object_fetch(segment.object);
+    uint end = min(begin + KD_GROUP_VOXELS, segment.count);
+    for (uint i = begin + lane; i < end; i += KD_GROUP_LANES)
+        link(segment.chunk_cascade >> 28, segment.object, rows, origin, segment.first + i, listed * KD_GROUP_VOXELS + i - begin);
 }

@@ -3,16 +3,10 @@
 
 #include "shaders/include/svo_find.glsl"
 #include "shaders/include/rank.glsl"
+#include "shaders/svo/moved.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents, y: parents with room for dynamic cells, z: words of the parents' mask, w: words of `moved_cells`
 layout(std430, binding = 2) readonly buffer parents_block { uint parents[]; }; // in which something moves: mask, then ranks
-
-// Does a word lead to leaves of a parent in which something moves?
-bool leads_to_moving(uint block)
-{
-    uint first = block & KD_BLOCK_FIRST;
-    return block != 0u && first >= places.blocks.w && first != KD_BLOCK_WAITS;
-}
 
 uint seen_block(uint number, uint code)
 {

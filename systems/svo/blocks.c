@@ -221,16 +221,18 @@ static void bind_show(kd_gpu *gpu, const kd_svo *svo)
     kd_gpu_bind_storage(gpu, 2, svo->moving);
 }
 
-static void show_moving(kd_gpu *gpu, svo_state *state, kd_svo *svo)
+static void show_moving(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
 {
+    uint32_t short_of[4] = {state->short_of_slots};
     bind_show(gpu, svo);
+    kd_gpu_bind_uniform(gpu, 1, short_of, sizeof short_of);
+    kd_texel_view_bind(gpu, &state->still_view, 1, svo->masks, KD_RGBA32UI);
     kd_texel_view_bind(gpu, &state->moved_view, 2, svo->touched, KD_RGBA32UI);
     kd_gpu_bind_storage(gpu, 1, svo->moved_room ? svo->moved_cells : svo->moving);
     kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);
     kd_gpu_bind_storage(gpu, 6, svo->touched);
     kd_gpu_dispatch_linear(gpu, state->programs[SVO_SHOW_MOVING], (kd_svo_parent_words(svo) / 4 + 63) / 64);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE | KD_BARRIER_BUFFER_UPDATE);
-    svo_keep_moving(gpu, svo);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
 }
 
 void svo_build_blocks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)

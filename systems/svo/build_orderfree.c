@@ -12,4 +12,5 @@ void svo_build_orderfree(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_vo
     svo_build_blocks(gpu, state, svo, scene);
     if (scene->static_changed)
         svo_build_static(gpu, state, svo, scene);
+    svo_build_moving_cells(gpu, state, svo, scene);
 }

@@ -95,15 +95,21 @@ static void link_voxels(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const 
 
 static void make_cells(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
 {
-    uint32_t pass[4] = {svo->dynamic_room, 0, 0, 0};
+    const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
+    uint32_t pass[4] = {svo->dynamic_room, svo_levels(svo) - 1, svo->moved_room, 0};
+    kd_texel_view_bind(gpu, &state->page_view, 0, pages->voxels, KD_RGBA32UI);
     svo_args(gpu, state, svo, KD_COUNT_PARENTS, svo->dynamic_room, 1, KD_ARGS_DYNAMIC);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_texel_view_bind(gpu, &state->next_view, 1, svo->next, KD_R32UI);
+    kd_texel_view_bind(gpu, &state->segment_view, 2, pages->segments, KD_RGBA32UI);
+    kd_texel_view_bind(gpu, &state->object_view, 3, scene->object_params, KD_RGBA32F);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->heads);
     kd_gpu_bind_storage(gpu, 2, svo->dynamic_cells);
-    kd_gpu_bind_storage(gpu, 4, scene->pages[KD_LAYER_DYNAMIC].segments);
-    kd_gpu_bind_storage(gpu, 5, scene->object_params);
+    kd_gpu_bind_storage(gpu, 3, svo->index);
+    kd_gpu_bind_storage(gpu, 4, svo->nodes);
+    kd_gpu_bind_storage(gpu, 5, svo->moved_room ? svo->moved_cells : svo->moving);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_dispatch_indirect(gpu, state->programs[SVO_CELLS], svo->counters, KD_ARGS_DYNAMIC * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
 }
@@ -122,11 +128,21 @@ void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxe
         kd_log(KD_LOG_WARNING, "octree: moving voxels cannot be numbered; they are left out");
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     settle_dynamic(gpu, state, svo, scene);
-    slots = reserve_slots(gpu, state, svo, slots);
-    if (svo->dynamic_room && slots) {
-        link_voxels(gpu, state, svo, scene, slots);
-        make_cells(gpu, state, svo, scene);
-    }
+    uint32_t chained = reserve_slots(gpu, state, svo, slots);
+    state->short_of_slots = chained < slots;
+    state->linked_slots = svo->dynamic_room ? chained : 0;
+    if (state->linked_slots)
+        link_voxels(gpu, state, svo, scene, chained);
     state->bytes_build +=
         (uint64_t)words * 12 + pages->voxel_count * (2 * KD_PAGE_WORDS * 4 + SVO_CHAIN_BYTES);
+}
+
+/* When there are nodes, since each parent leads the tree to its leaves. */
+void svo_build_moving_cells(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+{
+    bool moves = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0;
+    if (moves && kd_svo_moving_room(svo) && state->linked_slots)
+        make_cells(gpu, state, svo, scene);
+    if (moves || state->dynamic_before)
+        svo_keep_moving(gpu, svo);
 }

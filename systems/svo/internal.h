@@ -88,9 +88,12 @@ typedef struct svo_state {
     kd_texel_view page_view, next_view, object_view, moving_view, still_view, moved_view;
     kd_rigid_access rigid; /* of static voxels, and what else chains of them read */
     kd_texel_view shape_view, color_view, stale_view, entry_view, glow_view;
-    uint32_t linked;     /* stale patches in the first round of chains */
-    bool dynamic_before; /* there were dynamic voxels in the frame before */
-    uint32_t said;       /* SVO_SAID_*: messages that were written */
+    kd_texel_view segment_view;
+    uint32_t linked_slots; /* segments of what moves whose voxels are chained */
+    bool short_of_slots;   /* these are not all */
+    uint32_t linked;       /* stale patches in the first round of chains */
+    bool dynamic_before;   /* there were dynamic voxels in the frame before */
+    uint32_t said;         /* SVO_SAID_*: messages that were written */
     svo_room nodes, sums, fresh, entries, dynamic,
         leaves; /* nodes: leaf parents; leaves: of what stands still */
     uint32_t nodes_wanted[KD_MAX_NODE_LEVELS];
@@ -199,8 +202,9 @@ void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
 void svo_bind_taken(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene);
 void svo_add_taken(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene);
 
-/* dynamic.c, still.c: cells of each layer; static voxels are chained before there are nodes */
+/* dynamic.c, still.c: cells of each layer; voxels are chained before there are nodes, cells made after */
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+void svo_build_moving_cells(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_link_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_build_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 

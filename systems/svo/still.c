@@ -24,7 +24,8 @@ static void bind_pass(kd_gpu *gpu, const kd_voxel_scene *scene, const uint32_t p
 }
 
 /* What is listed, to the parents of a round. */
-static void link_round(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene, stale_round r)
+static void link_round(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
+                       stale_round r)
 {
     uint32_t pass[4] = {r.first, r.count, svo->entry_room, r.in_turn};
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
@@ -106,7 +107,8 @@ void svo_link_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     state->bytes_build += (uint64_t)patches * (32 + PATCH_PARENTS * 4) + (uint64_t)state->entries.wanted * 64;
 }
 
-static void make_cells(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene, stale_round r)
+static void make_cells(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
+                       stale_round r)
 {
     uint32_t pass[4] = {r.first, r.count, 0, svo_levels(svo) - 1};
     bind_pass(gpu, scene, pass);

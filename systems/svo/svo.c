@@ -268,6 +268,7 @@ static void fini(kd_system_context *context)
     kd_texel_view_fini(gpu, &s->moving_view);
     kd_texel_view_fini(gpu, &s->still_view);
     kd_texel_view_fini(gpu, &s->moved_view);
+    kd_texel_view_fini(gpu, &s->segment_view);
     kd_texel_view_fini(gpu, &s->shape_view);
     kd_texel_view_fini(gpu, &s->color_view);
     kd_texel_view_fini(gpu, &s->stale_view);

@@ -18,6 +18,6 @@ void main()
     rigid_voxel v = rigid_voxel_load(segment, n % KD_SEGMENT_VOXELS);
     voxels[n * KD_PAGE_WORDS] = v.inside ? splat_pack_cell(v.place) : KD_NO_VOXEL;
     voxels[n * KD_PAGE_WORDS + 1u] = splat_pack_fraction(v.place);
-    voxels[n * KD_PAGE_WORDS + 2u] = v.normal;
+    voxels[n * KD_PAGE_WORDS + 2u] = rigid_voxel_load_normal(segment, n % KD_SEGMENT_VOXELS);
     voxels[n * KD_PAGE_WORDS + 3u] = 0u;
 }
