@@ -17,8 +17,8 @@
  * voxel off by half a step sheds less than a share of its splat that counts. */
 #define PHASE_STEPS 64
 
-/* Deforming meshes are not cut into tiles: where one is larger than this many cells, its voxels are coarser.
- */
+/* Deforming meshes are not cut into tiles, since all of one moves at once: where one has more surface than a
+ * square of this many cells, its voxels are coarser. */
 #define DEFORMING_CELLS 2048
 
 bool caches_same_tile(kd_voxel_tile a, kd_voxel_tile b)
@@ -57,13 +57,25 @@ static uint32_t phase_steps(kd_vec3 phase, float span)
     return phase_step(phase.x, span) | phase_step(phase.y, span) << 8 | phase_step(phase.z, span) << 16;
 }
 
+static float surface_of(const kd_primitive_desc *p)
+{
+    double doubled = 0;
+    for (uint32_t i = 0; i + 2 < p->index_count; i += 3) {
+        kd_vec3 a = p->positions[p->indices[i]], b = p->positions[p->indices[i + 1]],
+                c = p->positions[p->indices[i + 2]];
+        doubled += kd_vec3_length(kd_vec3_cross(kd_vec3_sub(b, a), kd_vec3_sub(c, a)));
+    }
+    return (float)(doubled / 2);
+}
+
 static float span_of(const kd_voxel_scene *scene, const kd_voxel_object *o, uint32_t c)
 {
     float span = scene->span[c] / o->cached_scale;
     if (o->kind == KD_VOXEL_RIGID)
         return span;
     kd_vec3 size = kd_vec3_sub(o->desc->bounds_max, o->desc->bounds_min);
-    return fmaxf(span, fmaxf(size.x, fmaxf(size.y, size.z)) / DEFORMING_CELLS);
+    bool is_long = fmaxf(size.x, fmaxf(size.y, size.z)) > DEFORMING_CELLS * span;
+    return is_long ? fmaxf(span, sqrtf(surface_of(o->desc)) / DEFORMING_CELLS) : span;
 }
 
 static uint32_t hash_of(const kd_voxel_cache *key)

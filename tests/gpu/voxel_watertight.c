@@ -209,6 +209,37 @@ static void straddle(kd_shape shape, kd_vec3 size, const char *name)
     assert_int_equal(leaks, 0);
 }
 
+/* A beam of 6000 cells that bends: voxels of the cascade's own span, in chunks, and none missing on the way.
+ */
+static void long_skin_has_voxels_everywhere(void **state)
+{
+    enum { RESOLUTION = 128 };
+    const float span = 0.01f;
+    kd_material_desc grey = voxel_matte(0.5f, 0.5f, 0.5f);
+    kd_model *model;
+    (void)state;
+    assert_int_equal(
+        kd_model_make_shape(KD_SHAPE_BOX, (kd_vec3){6000 * span, 6 * span, 6 * span}, 0, &grey, &model),
+        KD_OK);
+    body b = body_open(with_skin(model), (voxel_options){.span = span, .resolution = RESOLUTION});
+    const kd_voxel_scene *scene = voxel_scene(&b.v);
+    const kd_voxel_cache *cache = &scene->caches[scene->objects[0].caches[0] - 1];
+    assert_true(cache->span <= span * 1.001f);
+    assert_true(cache->chunk_count >= 6);
+    for (uint32_t i = 0; i < cache->chunk_count; i++)
+        assert_in_range(scene->chunks[cache->first_chunk + i].size[0], 1, 1024);
+    bool taken[RESOLUTION] = {false};
+    uint32_t *mask = voxel_read_union(&b.v), cell[3];
+    for (uint32_t bit = 0; bit < RESOLUTION * RESOLUTION * RESOLUTION; bit++) {
+        svo_morton_cell(bit, cell);
+        taken[cell[0]] = taken[cell[0]] || (mask[bit / 32] >> bit % 32 & 1) != 0;
+    }
+    for (uint32_t x = 0; x < RESOLUTION; x++)
+        assert_true(taken[x]);
+    free(mask);
+    voxel_close(&b.v);
+}
+
 static void torus_over_two_cascades_is_closed(void **state)
 {
     (void)state;
@@ -277,9 +308,13 @@ static void posed_robot_is_closed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(posed_cube_is_closed),  cmocka_unit_test(posed_sphere_is_closed),
-        cmocka_unit_test(posed_torus_is_closed), cmocka_unit_test(posed_walker_is_closed),
-        cmocka_unit_test(posed_robot_is_closed), cmocka_unit_test(torus_over_two_cascades_is_closed),
+        cmocka_unit_test(posed_cube_is_closed),
+        cmocka_unit_test(posed_sphere_is_closed),
+        cmocka_unit_test(posed_torus_is_closed),
+        cmocka_unit_test(posed_walker_is_closed),
+        cmocka_unit_test(posed_robot_is_closed),
+        cmocka_unit_test(torus_over_two_cascades_is_closed),
+        cmocka_unit_test(long_skin_has_voxels_everywhere),
     };
     return VOXEL_GROUP(tests);
 }
