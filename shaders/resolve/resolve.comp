@@ -49,9 +49,8 @@ void main()
     c = front.rgb + (1.0 - front.a) * c;
 #endif
 #endif
-    c = min(c, vec3(65504.0));
     ivec2 top_down = ivec2(pixel.x, int(kd_view.size.y) - 1 - pixel.y);
-    imageStore(hdr_image, top_down, vec4(c, s.hit ? 1.0 : 0.0));
+    imageStore(hdr_image, top_down, vec4(min(c, vec3(65504.0)), s.hit ? 1.0 : 0.0));
 #ifdef LDR
     imageStore(ldr_image, top_down, vec4(screen_view(c, show, kd_view.lens.z, params.mode.y), 1.0));
 #endif

@@ -119,9 +119,25 @@ static voxel_sight sight_of(kd_world *w, const kd_scene_store *store, const kd_d
     return s;
 }
 
+/* What a matrix flattens to a line has no surface left: it neither glows nor hides anything. */
+static bool has_area(const voxel_sight *s)
+{
+    if (s->kind != KD_VOXEL_RIGID)
+        return true;
+    const float *m = s->model_ws.m;
+    kd_vec3 size = kd_vec3_sub(s->desc->bounds_max, s->desc->bounds_min);
+    kd_vec3 a = kd_vec3_scale((kd_vec3){m[0], m[1], m[2]}, size.x),
+            b = kd_vec3_scale((kd_vec3){m[4], m[5], m[6]}, size.y),
+            c = kd_vec3_scale((kd_vec3){m[8], m[9], m[10]}, size.z);
+    float longest = fmaxf(kd_vec3_length(a), fmaxf(kd_vec3_length(b), kd_vec3_length(c)));
+    float largest = fmaxf(kd_vec3_length(kd_vec3_cross(a, b)),
+                          fmaxf(kd_vec3_length(kd_vec3_cross(b, c)), kd_vec3_length(kd_vec3_cross(c, a))));
+    return largest > 1e-6f * longest * longest;
+}
+
 static bool usable(const voxel_sight *s)
 {
-    return s->desc->index_count && isfinite(s->scale) && s->scale > 1e-6f &&
+    return has_area(s) && s->desc->index_count && isfinite(s->scale) && s->scale > 1e-6f &&
            isfinite(s->bounds_min_ws.x + s->bounds_max_ws.x);
 }
 
