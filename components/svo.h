@@ -43,6 +43,8 @@ typedef struct kd_svo {
     bool strict;                            /* `light.leak=strict` when it was made */
     uint64_t most_bytes;                    /* of any one buffer that grows */
     bool failed;                            /* no memory for it: there is no indirect light */
+    uint32_t given_up;                      /* levels of the cascades for want of room, 4 bits each */
+    bool again;                             /* that has changed in this frame: the tree is made once more */
     uint32_t current;                       /* which of the two level masks is this frame's */
     struct kd_svo_places places;            /* in the book */
 
@@ -91,6 +93,12 @@ static inline uint32_t kd_svo_nodes_before(const kd_svo *svo, uint32_t first, ui
 static inline uint32_t kd_svo_data_first(const kd_svo *svo, uint32_t l)
 {
     return kd_svo_nodes_before(svo, 1, l);
+}
+
+/* Levels that cascade c has given up. */
+static inline uint32_t kd_svo_given_up(uint32_t given_up, uint32_t c)
+{
+    return given_up >> (4 * c) & 15;
 }
 
 /* Words of a mask of leaf parents. */

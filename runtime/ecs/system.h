@@ -17,12 +17,13 @@ struct kd_arena;
 
 #define KD_PHASE_LIST(X)                                                                                     \
     X(INPUT, "input")                                                                                        \
-    X(SCRIPT, "script") X(ANIMATE, "animate") X(HIERARCHY, "hierarchy") X(DEFORM, "deform") X(CULL, "cull")  \
-        X(SHADOW, "shadow") X(VOXEL_IO, "voxel_io") X(VOXEL_TRANSFORM, "voxel_transform")                    \
-            X(SVO_BUILD, "svo_build") X(LIGHT_INJECT, "light_inject") X(SVO_FILTER, "svo_filter")            \
-                X(BOUNCE, "bounce") X(BOUNCE_INJECT, "bounce_inject") X(BOUNCE_FILTER, "bounce_filter")      \
-                    X(GEOMETRY, "geometry") X(GATHER, "gather") X(RESOLVE, "resolve") X(VIEW, "view")        \
-                        X(CAPTURE, "capture")
+    X(SCRIPT, "script")                                                                                      \
+    X(ANIMATE, "animate") X(HIERARCHY, "hierarchy") X(DEFORM, "deform") X(CULL, "cull") X(SHADOW, "shadow")  \
+        X(VOXEL_IO, "voxel_io") X(VOXEL_TRANSFORM, "voxel_transform") X(SVO_BUILD, "svo_build")              \
+            X(VOXEL_AGAIN, "voxel_again") X(SVO_AGAIN, "svo_again") X(LIGHT_INJECT, "light_inject")          \
+                X(SVO_FILTER, "svo_filter") X(BOUNCE, "bounce") X(BOUNCE_INJECT, "bounce_inject")            \
+                    X(BOUNCE_FILTER, "bounce_filter") X(GEOMETRY, "geometry") X(GATHER, "gather")            \
+                        X(RESOLVE, "resolve") X(VIEW, "view") X(CAPTURE, "capture")
 typedef enum kd_phase {
 #define KD_PHASE_ENUM(name, text) KD_PHASE_##name,
     KD_PHASE_LIST(KD_PHASE_ENUM)

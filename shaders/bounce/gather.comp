@@ -51,7 +51,7 @@ void main()
     int side = side_item_side(item);
     ivec3 cell = dense_unwrap(cascade, morton_decode(code & ((1u << (3 * KD_DENSE_LOG2)) - 1u)));
     ivec3 world_cell = bounce_world_cell(cascade, cell);
-    float span = tree.cascade[cascade].w, edge = span * float(tree.info.y / KD_DENSE);
+    float span = tree_finest_edge(int(cascade)), edge = tree.cascade[cascade].w * float(tree.info.y / KD_DENSE);
     vec3 centre = tree.cascade[cascade].xyz + (vec3(cell) + 0.5) * edge;
     uint variant = uint(world_cell.x + world_cell.y + world_cell.z) & 3u;
     vec3 light = gather(centre + to_side(vec3(0.0, 0.0, 0.5 * edge + span), side), side, span, variant);

@@ -126,7 +126,7 @@ void trace_pixel(ivec2 at, int n)
         return;
     }
     int k = min(tree_cascade_at(s.position_ws, 0.5), tree_cascades() - 1);
-    float span = tree.cascade[k].w;
+    float span = tree_finest_edge(k);
     vec3 view = view_direction(s.position_ws);
     vec3 face = dot(s.face_normal_ws, view) > 0.0 ? -s.face_normal_ws : s.face_normal_ws;
     // What lies beyond the outermost cascade is lit as its border is: no jump, and no more sky than there.

@@ -17,11 +17,11 @@ vec3 look_up(surface s, int level, uint channel)
         int k = tree_cascade_at(s.position_ws, 0.0);
         if (k == tree_cascades())
             break;
-        int lod = clamp(level, k, lod_most());
+        int lod = clamp(level, tree_finest(k), lod_most());
         float reach = REACH * tree.cascade[0].w * exp2(float(lod));
         vec3 p = s.position_ws + n * ((i & 1) == 0 ? -reach : reach);
         k = min(tree_cascade_at(p, 0.0), tree_cascades() - 1);
-        lod = clamp(level, k, lod_most());
+        lod = clamp(level, tree_finest(k), lod_most());
         cell_place at = cell_at(k, lod, p);
         vec4 seen = cell_seen(at, i < 2 ? -n : n); // matter is asked for its front first
         if (seen.a > 0.0)

@@ -24,7 +24,7 @@ void main()
     uint code = book[places.codes[params.tree.w] + parent];
     if (code == KD_EMPTY)
         return;
-    int c = int((code * 8u) >> (3u * tree.info.z)), lod = max(int(params.view.z), c);
+    int c = int((code * 8u) >> (3u * tree.info.z)), lod = max(int(params.view.z), tree_finest(c));
     if (lod == c)
         return; // its leaves are shown themselves
     vec3 albedo = vec3(0.0), normal = vec3(0.0);

@@ -55,7 +55,7 @@ vec4 march(vec3 origin_ws, vec3 direction, int level, uint channel)
         int k = tree_cascade_at(p, 0.0);
         if (k == tree_cascades())
             break;
-        int target = clamp(level, k, lod_most());
+        int target = clamp(level, tree_finest(k), lod_most());
         lod = clamp(lod, target, max(lod_leap(k), target));
         cell_place at = cell_at(k, lod, p);
         vec4 seen = cell_seen(at, direction);

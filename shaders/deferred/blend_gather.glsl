@@ -8,7 +8,7 @@ layout(std140, binding = KD_BIND_PASS) uniform blend_block { kd_blend_params ble
 
 cone_settings blend_settings() { return cone_settings(blend.cone.y, blend.cone.z, blend.light.y, 1.0, blend.light.w, CONE_CLOSED); }
 
-float blend_span(surface s) { return tree.cascade[min(tree_cascade_at(s.position_ws, 0.5), tree_cascades() - 1)].w; }
+float blend_span(surface s) { return tree_finest_edge(min(tree_cascade_at(s.position_ws, 0.5), tree_cascades() - 1)); }
 
 /* What lies beyond the outermost cascade is lit as its border is. */
 vec3 blend_origin(surface s)

@@ -31,6 +31,15 @@ void eight_add(inout eight sum, eight weight, uint v)
 
 uint eight_of(eight e, uint k) { return k < 4u ? e.near[k] : e.far[k - 4u]; }
 
+uint eight_all(eight e)
+{
+    uvec4 halves = e.near + e.far;
+    return halves.x + halves.y + halves.z + halves.w;
+}
+
+// The eight are one cell, which stands at the first.
+void eight_join(inout eight e) { e = eight(uvec4(eight_all(e), uvec3(0u)), uvec4(0u)); }
+
 eight eight_marked(eight w)
 {
     return eight(mix(uvec4(0u), w.near, greaterThanEqual(w.near, uvec4(KD_SPLAT_MIN_WEIGHT))),
@@ -76,14 +85,31 @@ eight_sums chain_sums(uint entry)
     return s;
 }
 
+// The same where a cascade has given levels up (cascade_given_up of tree_params.glsl). A loop, since software drivers run a branch
+// that no lane takes.
+void chain_join(inout eight_sums s, uint given_up)
+{
+    for (bool joined = given_up != 0u; joined; joined = false) {
+        eight_join(s.weight);
+        eight_join(s.r);
+        eight_join(s.g);
+        eight_join(s.b);
+        eight_join(s.x);
+        eight_join(s.y);
+        eight_join(s.z);
+        eight_join(s.double_sided);
+    }
+}
+
 // Emission and area of cell k, packed; few parents have anything that glows.
-uvec2 chain_pack_emission(uint entry, uint k)
+uvec2 chain_pack_emission(uint entry, uint k, uint given_up)
 {
     uint weight = 0u, emissive = 0u, area = 0u;
     uvec3 emission = uvec3(0u);
     while (entry != KD_EMPTY) {
         chained v = chain_load(entry);
-        uint w = eight_of(chain_shares(v), k);
+        eight shares = chain_shares(v);
+        uint w = given_up == 0u ? eight_of(shares, k) : eight_all(shares);
         uvec3 e = chain_emission(entry, v.normal >> 24);
         uint glows = e == uvec3(0u) ? 0u : w;
         weight += w;
@@ -92,13 +118,13 @@ uvec2 chain_pack_emission(uint entry, uint k)
         area += share_area(v.color) * glows;
         entry = v.next;
     }
-    return cell_pack_emission(weight, emission, emissive, area);
+    return cell_pack_emission(weight, emission, emissive, area, given_up);
 }
 
-// PUT(k, albedo and normal) for each cell that is occupied.
+// PUT(k, albedo and normal) for each cell that is occupied; needs `given_up`.
 #define EIGHT_PACKED(s, half, at)                                                                                               \
     cell_pack_surface(s.weight.half.at, uvec3(s.r.half.at, s.g.half.at, s.b.half.at),                                           \
-                      ivec3(s.x.half.at, s.y.half.at, s.z.half.at), s.double_sided.half.at)
+                      ivec3(s.x.half.at, s.y.half.at, s.z.half.at), s.double_sided.half.at, given_up)
 #define EIGHT_ONE(PUT, s, k, half, at)                                                                                          \
     if (s.weight.half.at != 0u) {                                                                                               \
         PUT(k, EIGHT_PACKED(s, half, at))                                                                                       \

@@ -2,6 +2,7 @@
 // albedo 3 x 10 bits, share of double-sided voxels 2 bits | normal 3 x snorm8, weight 7 bits: 127 a whole voxel or more of them,
 // double-sided 1 bit: as a leaf has it (tree_node.glsl) | emission 3 x 9 bits, halvings 5 | area of what glows 16 bits. The last two are 0 where nothing glows.
 // In integers throughout: every driver makes the same bytes, and so does systems/svo/reference.c.
+// given_up: levels (cascade_given_up of tree_params.glsl); a face of such a cell takes four times as many voxels for each.
 
 #include "shaders/shared/voxel.h"
 
@@ -21,10 +22,11 @@ uint mean_signed(int sum, uint weight)
 }
 
 // Albedo, share of what is double-sided, normal and weight.
-uvec2 cell_pack_surface(uint weight, uvec3 albedo, ivec3 normal, uint double_sided)
+uvec2 cell_pack_surface(uint weight, uvec3 albedo, ivec3 normal, uint double_sided, uint given_up)
 {
     weight = max(weight, 1u);
-    uint both_sides = mean(double_sided * 3u, weight), covers = max((min(weight, 256u) * 127u + 128u) >> 8, 1u);
+    uint covered = min(weight >> (2u * given_up), 256u), covers = max((covered * 127u + 128u) >> 8, 1u);
+    uint both_sides = mean(double_sided * 3u, weight);
     return uvec2(mean(albedo.x, weight) | mean(albedo.y, weight) << 10 | mean(albedo.z, weight) << 20 | both_sides << 30,
                  mean_signed(normal.x, weight) | mean_signed(normal.y, weight) << 8 | mean_signed(normal.z, weight) << 16 |
                      covers << 24 | (both_sides >> 1) << 31);
@@ -51,8 +53,13 @@ uint pack_emission(uvec3 sum, uint weight)
 // Emission and area. Surfaces beside each other share a cell's emission by coverage; a lamp that lies on a ceiling, so
 // that the two cover the cell twice, shines as brightly as one alone. Area glows with the cell's emission, 256 KD_AREA_ONE a
 // face: what glows may share the cell's emission with what does not.
-uvec2 cell_pack_emission(uint weight, uvec3 emission, uint emissive, uint area)
+uvec2 cell_pack_emission(uint weight, uvec3 emission, uint emissive, uint area, uint given_up)
 {
+    uint faces = 2u * given_up;
+    weight >>= faces;
+    emission >>= faces;
+    area >>= faces;
+    emissive = min(emissive, max(emissive >> faces, 1u));
     uint shared_by = max(max(min(weight, 256u), emissive), 1u);
     return uvec2(pack_emission(emission, shared_by), emissive == 0u ? 0u : min((area + emissive / 2u) / emissive * shared_by, 65535u));
 }

@@ -91,9 +91,9 @@ cone_place cone_place_at(float t, cone_result so_far, vec3 origin_ws, vec3 direc
     o.diameter = max(narrowed, settings.least * own_span);
     o.stride = settings.step * o.diameter * (wide > CONE_NEAR_WIDTH * own_span && settings.far < 1.0 ? 1.6 : 1.0);
 #ifdef KD_CONES_TRILINEAR
-    o.lod = max(int(floor(log2(o.diameter / span) - CONE_SHARPNESS + 0.5)), o.cascade);
+    o.lod = max(int(floor(log2(o.diameter / span) - CONE_SHARPNESS + 0.5)), tree_finest(o.cascade));
 #else
-    o.level = max(log2(o.diameter / span) - CONE_SHARPNESS, float(o.cascade));
+    o.level = max(log2(o.diameter / span) - CONE_SHARPNESS, float(tree_finest(o.cascade)));
 #ifdef KD_CONES_QUADRILINEAR
     o.lod = int(floor(o.level)); // and the level above
 #else

@@ -66,7 +66,7 @@ const float EMITTER_LIFT = 3.0;
 float emitter_visible(uint i, vec3 p_ws, float start, float least_tan, cone_settings settings)
 {
     kd_emitter e = emitters.emitter[i];
-    float span = tree.cascade[min(tree_cascade_at(e.place.xyz, 0.5), tree_cascades() - 1)].w;
+    float span = tree_finest_edge(min(tree_cascade_at(e.place.xyz, 0.5), tree_cascades() - 1));
     vec3 to_it = e.place.xyz - p_ws, side = dot(e.normal.xyz, to_it) <= 0.0 ? e.normal.xyz : -e.normal.xyz;
     float edgewise = 1.0 - min(emitter_shown(e, normalize(to_it)), 1.0);
     to_it += side * (edgewise * min(EMITTER_LIFT * span, 0.25 * length(to_it)));

@@ -25,6 +25,12 @@ layout(binding = KD_UNIT_TREE_DATA) uniform usamplerBuffer tree_data;
 int tree_cascades() { return int(tree.info.x); }
 int tree_resolution() { return int(tree.info.y); }
 
+// The finest lod of cascade k: where there was not room for all levels its leaves are not sampled.
+int tree_finest(int k) { return k + int(cascade_given_up(uint(k))); }
+
+// Edge of its finest cells.
+float tree_finest_edge(int k) { return tree.cascade[0].w * float(1 << tree_finest(k)); }
+
 // Finest cascade (they are concentric) that covers p with `margin` of its dense cells to spare; tree_cascades() when none does.
 int tree_cascade_at(vec3 p_ws, float margin)
 {

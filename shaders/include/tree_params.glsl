@@ -12,6 +12,19 @@ uint cascade_first_bit(uint c)
     return c << (3u * tree.info.z);
 }
 
+// Levels that cascade c has given up for want of room (systems/svo/shortage.c). Its cells are then 2^n leaf cells wide, and each
+// lies where the leaf cell at its low corner would.
+uint cascade_given_up(uint c)
+{
+    return tree.capacity.z >> (4u * c) & 15u;
+}
+
+// The bit, in a mask of leaf cells, of the cell that stands for this one.
+uint cell_standing(uint c, uint bit)
+{
+    return bit & (0xFFFFFFFFu << (3u * cascade_given_up(c)));
+}
+
 // Place of a cell of cascade c, counted from its low corner, in a grid that does not move with the cascade: cells are kept
 // under the world's own numbers modulo the resolution, so that what stays inside keeps its place (toroidal addressing,
 // Losasso and Hoppe 2004 for clipmaps).

@@ -23,14 +23,15 @@ float area_shown(cell_attributes a)
     return min(a.area, coverage * most);
 }
 
-void add(uint at, cell_attributes a, uvec3 cell)
+// edge: 1, or more where a cell stands for others
+void add(uint at, cell_attributes a, uvec3 cell, uint edge)
 {
-    float area = area_shown(a);
-    uvec3 power = uvec3(round(a.emission * (area * KD_EMITTER_AREA_ONE * KD_EMITTER_RADIANCE_ONE)));
+    float area = area_shown(a), faces = area * float(edge * edge);
+    uvec3 power = uvec3(round(a.emission * (faces * KD_EMITTER_AREA_ONE * KD_EMITTER_RADIANCE_ONE)));
     float brightest = max(a.emission.r, max(a.emission.g, a.emission.b));
     uint weight = uint(clamp(round(area * brightest * KD_EMITTER_AREA_ONE), 1.0, KD_EMITTER_AREA_ONE));
-    uvec3 first = weight * (2u * cell + 1u); // half cells
-    uvec3 second = weight * (cell * cell + cell);
+    uvec3 first = weight * (2u * cell + edge); // half cells
+    uvec3 second = weight * (cell * cell + edge * cell + edge * edge / 4u);
     float gathered = max(length(a.normal), 1e-3);
     ivec3 normal = ivec3(round(a.normal * (min(gathered * 1.1, 1.0) / gathered * 127.0))) * int(weight);
     for (int k = 0; k < 3; k++) {
@@ -41,7 +42,7 @@ void add(uint at, cell_attributes a, uvec3 cell)
     }
     atomicAdd(sums[at + 12u], uint(round(a.double_sided * float(weight))));
     atomicAdd(sums[at + 13u], weight);
-    atomicAdd(sums[at + 14u], uint(round(area * KD_EMITTER_AREA_ONE)));
+    atomicAdd(sums[at + 14u], uint(round(faces * KD_EMITTER_AREA_ONE)));
 }
 
 // Cells of a parent that may glow, a bit each: those that move, and those at rest that were seen to.
@@ -74,7 +75,7 @@ void main()
         uint k = uint(findLSB(bits));
         cell_attributes a = cell_load(p, k);
         if (a.weight != 0u && any(greaterThan(a.emission, vec3(0.0))))
-            add(at * KD_EMITTER_WORDS, a, within + (uvec3(k, k >> 1, k >> 2) & 1u));
+            add(at * KD_EMITTER_WORDS, a, within + (uvec3(k, k >> 1, k >> 2) & 1u), 1u << cascade_given_up(c));
         bits &= bits - 1u;
     } while (bits != 0u);
 }

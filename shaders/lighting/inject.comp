@@ -128,7 +128,7 @@ bool light_leaves(cell_parent parent)
     if (bits == 0u)
         return false;
     ivec3 low = cell_unwrap(c, morton_decode((code * 8u) & ((1u << (3u * tree.info.z)) - 1u)));
-    float span = tree.cascade[c].w;
+    float cell = tree.cascade[c].w, span = cell * float(1u << cascade_given_up(c)); // of what stands for others
     vec3 sides[6];
     bounced_sides(c, low >> int(tree.info.w), sides);
     bool changed = false;
@@ -136,7 +136,7 @@ bool light_leaves(cell_parent parent)
         uint k = uint(findLSB(bits));
         uint slot = cell_slot(parent, k);
         cell_attributes a = cell_load(parent, k);
-        vec3 p_ws = tree.cascade[c].xyz + (vec3(low + (ivec3(k, k >> 1, k >> 2) & 1)) + 0.5) * span;
+        vec3 p_ws = tree.cascade[c].xyz + vec3(low + (ivec3(k, k >> 1, k >> 2) & 1)) * cell + 0.5 * span;
         uvec2 leaf = a.weight != 0u ? leaf_of(a, lit_leaf_of(a, p_ws, span), sides) : uvec2(0u);
         if (leaf != leaves[slot]) {
             leaves[slot] = leaf;

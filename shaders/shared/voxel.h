@@ -125,7 +125,7 @@ struct kd_tree_params {
     /* ---- 144 */
     uvec4 node_offset;   /* x: level 6, y: 7 …: first word of the level's child words in the node table */
     uvec4 data_offset;   /* x: level 7, y: 8 …: first entry of the level's filtered data */
-    uvec4 capacity;      /* x: leaf parents, y: those with dynamic cells */
+    uvec4 capacity;      /* x: leaf parents, y: those with dynamic cells, z: levels that cascades have given up for want of room, 4 bits each */
     /* ---- 192 */
     vec4 light;          /* x: radiance of KD_EMISSION_ONE, y: factor on radiance while it is stored, z: 1 / y, w: 1 when `light.leak` is strict */
     /* ---- 208 */
@@ -198,7 +198,10 @@ KD_LAYOUT_CHECK(kd_svo_places, 192)
 #define KD_COUNT_BLOCKS 79      /* + size 1 … 8: free blocks, those that found no room on their list too */
 #define KD_COUNT_WANTED 87      /* + size: blocks that are wanted in this frame */
 #define KD_COUNT_GOT 95         /* + size: that were asked for */
-#define KD_COUNT_WORDS 104
+#define KD_COUNT_CENSUS 104     /* + 4 * levels above the leaf parents + cascade: nodes that the masks ask for there (svo/census.comp) */
+#define KD_COUNT_CENSUS_MOVING 120 /* the same of those in which something moves */
+#define KD_COUNT_CENSUS_CELLS 136 /* + cascade: static cells that stay or come anew */
+#define KD_COUNT_WORDS 140
 
 #include "shaders/shared/layout_end.h"
 

@@ -61,17 +61,19 @@ void show(uint n, uint code, uint cells_moving)
 // Returns how many of the eight cells are occupied.
 uint make_cells(uint n)
 {
-    uint first = heads[n], bits = 0u;
+    uint first = heads[n], bits = 0u, code = first != KD_EMPTY ? parent_code(first) : 0u;
+    uint given_up = cascade_given_up(code >> (3u * (KD_DENSE_LOG2 + pass.y)));
     eight_sums sums = chain_sums(first);
+    chain_join(sums, given_up);
 #define PUT(k, surface) bits |= 1u << k; cells[n * 8u + k] = uvec4(surface, 0u, 0u);
     EIGHT_EACH(PUT, sums)
     heads[n] = KD_EMPTY;
     cells[pass.x * 8u + (n >> 2)][n & 3u] = bits;
     if (first != KD_EMPTY)
-        show(n, parent_code(first), bits);
+        show(n, code, bits);
     for (uint glow = sums.share != 0u ? bits : 0u; glow != 0u; glow &= glow - 1u) {
         uint k = uint(findLSB(glow));
-        cells[n * 8u + k].zw = chain_pack_emission(first, k);
+        cells[n * 8u + k].zw = chain_pack_emission(first, k, given_up);
     }
     return uint(bitCount(bits));
 }

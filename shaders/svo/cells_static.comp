@@ -58,11 +58,13 @@ void main()
         for (uint k = 0u; k < 8u; k++)
             leaves[block_slot(block, k)] = uvec2(0u);
     uint first = block != 0u ? heads[place] : KD_EMPTY;
+    uint given_up = cascade_given_up(code >> (3u * (KD_DENSE_LOG2 + pass.w)));
     eight_sums sums = chain_sums(first);
+    chain_join(sums, given_up);
 #define PUT(k, surface) put(block, k, surface);
     EIGHT_EACH(PUT, sums)
     for (uint glow = tree.light.x > 0.0 ? block >> KD_BLOCK_BITS : 0u; glow != 0u; glow &= glow - 1u) {
         uint k = uint(findLSB(glow));
-        emission[block_slot(block, k)] = chain_pack_emission(sums.share != 0u ? first : KD_EMPTY, k);
+        emission[block_slot(block, k)] = chain_pack_emission(sums.share != 0u ? first : KD_EMPTY, k, given_up);
     }
 }

@@ -9,6 +9,20 @@ layout(std430, binding = 5) buffer data_block { uvec2 data[]; };
 
 node_value child[8];
 
+// A node of a cascade that has given up the levels below it has one child, which stands for all eight.
+bool stands_alone(uint level, uint code)
+{
+    return level + cascade_given_up(code >> (3u * (KD_DENSE_LOG2 + level))) >= places.size.y;
+}
+
+void spread_alone()
+{
+    for (uint i = 0u; i < 6u; i++)
+        child[0].depth[i] *= 0.5; // of two in a row
+    for (uint i = 1u; i < 8u; i++)
+        child[i] = child[0];
+}
+
 void load_nothing()
 {
     for (uint i = 0u; i < 8u; i++)

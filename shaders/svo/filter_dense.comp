@@ -22,6 +22,8 @@ void main()
         load_leaves(nodes[block_place(0u, code)]);
     else
         load_nodes(number, below.y, below.z);
+    for (bool alone = stands_alone(0u, code); alone; alone = false)
+        spread_alone();
     ivec3 cell = ivec3(morton_decode(code & ((1u << (3 * KD_DENSE_LOG2)) - 1u)));
     atlas_cell at = atlas_place(c, cell);
     vec4 forth[3], back[3];

@@ -22,6 +22,8 @@ void main()
         load_leaves(nodes[block_place(parent, code)]);
     else
         load_nodes(number, below.y, below.z);
+    for (bool alone = stands_alone(level, code); alone; alone = false)
+        spread_alone();
     node_value n;
     vec4 seen = vec4(0.0);
     vec4 forth[3], back[3];

@@ -56,7 +56,7 @@ void link(uint c, uint object, kd_voxel_object_params rows, vec4 origin, uint vo
         if ((stale_word(stale_at.bits + (brick >> 5)) >> (brick & 31u) & 1u) == 0u)
             continue;
         uint place = stale_word(stale_at.slots + (code >> 5)) << 5 | (code & 31u);
-        mark(place, parent_cells(corners, odd, k));
+        mark(place, cascade_given_up(c) == 0u ? parent_cells(corners, odd, k) : 1u);
         place -= pass.x << 5;
         if (place >= pass.y << 5)
             continue;

@@ -23,7 +23,7 @@ void main()
             leaves[slot] = uvec2(0u);
         return;
     }
-    uvec4 words = cell_attributes_of(leaf_words[number * 8u + k]);
+    uvec4 words = cell_attributes_of(leaf_words[number * 8u + k], 0u);
     albedo[slot] = words.x;
     leaves[slot] = uvec2(0u, words.y);
     if (tree.light.x > 0.0)

@@ -32,11 +32,10 @@ static uint64_t moving_slots(const kd_svo *svo)
     return svo->has_moving ? 8ull * svo->dynamic_capacity : 0;
 }
 
-/* Slots of static leaves that there may be: leaves are the largest of the tables, and a block's word has 24
- * bits for the first of them. */
+/* Slots of static leaves that there may be. */
 static uint32_t most_leaves(const kd_svo *svo)
 {
-    uint64_t most = svo->most_bytes / 8 < KD_BLOCK_FIRST ? svo->most_bytes / 8 : KD_BLOCK_FIRST;
+    uint64_t most = svo_most_slots(svo->most_bytes);
     return most > moving_slots(svo) ? (uint32_t)(most - moving_slots(svo)) : 0;
 }
 
@@ -250,8 +249,14 @@ void svo_build_blocks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
         kd_gpu_dispatch(gpu, state->programs[SVO_SETTLE_BLOCKS], 1, 1, 1);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     }
-    if (svo_fit_leaves(gpu, svo) != KD_OK)
+    if (svo_fit_leaves(gpu, svo) != KD_OK) {
         svo_say_once(state, SVO_SAID_LEAVES, "octree: no memory for the leaves of what moves; it stays dark");
+        /* Nothing leads to leaves that are not there, and nothing stays chained; tried again in the next
+         * frame. */
+        svo->dynamic_room = state->dynamic.wanted = 0;
+        svo_cut_dynamic(gpu, svo, &state->dynamic);
+        svo_write_params(gpu, svo, scene);
+    }
     if (scene->static_changed) {
         bind_show(gpu, svo);
         kd_gpu_dispatch_indirect(gpu, state->programs[SVO_SHOW_BLOCKS], svo->counters, KD_ARGS_LIST * 4);

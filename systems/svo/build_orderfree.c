@@ -8,7 +8,9 @@ void svo_build_orderfree(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_vo
     if (scene->static_changed)
         svo_link_static(gpu, state, svo, scene);
     svo_build_dynamic(gpu, state, svo, scene);
-    svo_build_nodes(gpu, state, svo, scene);
+    if (!svo_build_nodes(gpu, state, svo, scene))
+        return;
+    svo_say_dynamic(state, svo);
     svo_build_blocks(gpu, state, svo, scene);
     if (scene->static_changed)
         svo_build_static(gpu, state, svo, scene);

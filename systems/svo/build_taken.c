@@ -88,7 +88,7 @@ static void make_once(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
 static kd_status reserve(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
                          const uint64_t *nodes, uint64_t cells)
 {
-    uint64_t most_nodes = svo_most_nodes(svo), most_cells = svo->most_bytes / (KD_SUM_WORDS * 4);
+    uint64_t most_nodes = svo_most_nodes(svo->most_bytes), most_cells = svo->most_bytes / (KD_SUM_WORDS * 4);
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         state->nodes_wanted[l] = (uint32_t)(nodes[l] < most_nodes ? nodes[l] : most_nodes);
     state->nodes.wanted = state->nodes_wanted[svo_levels(svo) - 1];

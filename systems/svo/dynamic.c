@@ -8,18 +8,6 @@
 
 #define SLOT_CHAIN_BYTES ((size_t)KD_SEGMENT_VOXELS * SVO_CHAIN_BYTES)
 
-/* Room for a layer's leaf parents, kept until its members change. Surfaces share a fifth of a parent a voxel
- * in any pose, wires up to two, and what is counted now may lie on the lattice: twice the count covers that.
- */
-static uint32_t parents_in_any_pose(const kd_svo *svo, uint32_t counted, uint64_t voxels)
-{
-    uint64_t most = svo->most_bytes / SVO_PARENT_CELL_BYTES;
-    if (most > KD_BLOCK_FIRST / 16) /* eight leaves each, in half of the slots that a block's word can name */
-        most = KD_BLOCK_FIRST / 16;
-    uint64_t want = (voxels > (uint64_t)counted * 2 ? voxels : (uint64_t)counted * 2) + 1024;
-    return (uint32_t)(want < most ? want : most) / 4 * 4; /* four of their words stand in a row */
-}
-
 /* Room is settled when the layer's members change, so that no frame depends on what earlier ones needed. */
 static void settle_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
@@ -27,15 +15,20 @@ static void settle_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_
     if (!pages->changed && svo->dynamic_room)
         return;
     uint32_t counted = svo_read_counter(gpu, svo, KD_COUNT_PARENTS);
-    uint32_t want = parents_in_any_pose(svo, counted, pages->voxel_count);
-    bool made = svo_reserve_dynamic(gpu, svo, want) == KD_OK;
+    uint32_t want = svo_parents_in_any_pose(svo->most_bytes, counted, pages->voxel_count);
+    svo_reserve_dynamic(gpu, svo, want); /* if it fails, what there is has to do */
     svo->dynamic_room = svo->dynamic_capacity < want ? svo->dynamic_capacity : want;
     state->dynamic.wanted = svo->dynamic_room;
-    if (!made || counted > svo->dynamic_room)
+    state->moving_parents = counted;
+}
+
+void svo_say_dynamic(svo_state *state, const kd_svo *svo)
+{
+    if (state->moving_parents > svo->dynamic_room)
         svo_say_once(state, SVO_SAID_DYNAMIC,
                      "octree: room for the cells of what moves in %u of %u leaf parents; the "
                      "outermost ones stay dark; raise svo.memory or voxels.span",
-                     svo->dynamic_room, counted);
+                     svo->dynamic_room, state->moving_parents);
 }
 
 /* Segments whose voxels there is room to chain. */
@@ -120,7 +113,7 @@ void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxe
     uint32_t words = kd_svo_parent_words(svo), slots = pages->page_count * KD_PAGE_SEGMENTS;
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_DYNAMIC * 4, 4, 0);
     if (!pages->segment_count || !svo->has_moving) {
-        svo->dynamic_room = state->dynamic.wanted = 0;
+        svo->dynamic_room = state->dynamic.wanted = state->moving_parents = 0;
         return;
     }
     if (kd_gpu_rank_run(gpu, &state->rank, svo->moving, 0, words, svo->moving, words, svo->counters,

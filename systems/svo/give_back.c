@@ -34,7 +34,7 @@ static void cut(kd_gpu *gpu, kd_gpu_buffer *buffer, uint32_t *capacity, const sv
 }
 
 /* Cells and heads of chains have the same capacity. Nobody needs what is in them before the next build. */
-static void cut_dynamic(kd_gpu *gpu, kd_svo *svo, const svo_room *room)
+void svo_cut_dynamic(kd_gpu *gpu, kd_svo *svo, const svo_room *room)
 {
     kd_gpu_destroy_buffer(gpu, svo->dynamic_cells);
     kd_gpu_destroy_buffer(gpu, svo->heads);
@@ -241,7 +241,7 @@ void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sc
         svo_fit_leaves(gpu, svo); /* if it fails there is more room than is needed */
     }
     if (spare(&state->dynamic, svo->dynamic_capacity))
-        cut_dynamic(gpu, svo, &state->dynamic);
+        svo_cut_dynamic(gpu, svo, &state->dynamic);
     if (scene->build != KD_SVO_BUILD_ORDERFREE)
         svo->dynamic_room = svo->sum_capacity;
 }

@@ -42,6 +42,9 @@ typedef enum svo_program {
     SVO_RENUMBER,
     SVO_MOVE,
     SVO_FILTER_ABOVE,
+    SVO_CENSUS,
+    SVO_CENSUS_KEPT,
+    SVO_CENSUS_FRESH,
     SVO_TAKEN, /* from here on: builds in which nodes take numbers, compiled when one is chosen */
     SVO_TAKEN_ADD = SVO_TAKEN,
     SVO_TAKEN_MARK,
@@ -62,7 +65,9 @@ enum {
     SVO_SAID_MOVING = 16,
     SVO_SAID_GLOW = 32,
     SVO_SAID_CHAINS = 64,
-    SVO_SAID_LEAVES = 128
+    SVO_SAID_LEAVES = 128,
+    SVO_SAID_SHORT = 256,
+    SVO_SAID_LEAST = 512
 };
 #define svo_say_once(state, what, ...)                                                                       \
     do {                                                                                                     \
@@ -97,7 +102,12 @@ typedef struct svo_state {
     svo_room nodes, sums, fresh, entries, dynamic,
         leaves; /* nodes: leaf parents; leaves: of what stands still */
     uint32_t nodes_wanted[KD_MAX_NODE_LEVELS];
-    uint32_t still_runs; /* for which nothing has moved */
+    uint32_t moving_parents; /* leaf parents with dynamic cells when their room was settled */
+    uint32_t still_runs;     /* for which nothing has moved */
+    uint64_t allowed;        /* bytes of an array, by svo.memory and the driver */
+    uint32_t asked;          /* runs since a level that was given up was asked for */
+    double finer[KD_MAX_NODE_LEVELS]
+                [KD_MAX_CASCADES]; /* children of a node when its children were given up */
     uint64_t bytes_build;
 } svo_state;
 
@@ -145,6 +155,9 @@ kd_status svo_reserve_entries(kd_gpu *gpu, kd_svo *svo, uint32_t entries);
 /** Give back what has been more than half spare for a while (give_back.c). Before the frame's lists begin. */
 void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
+/** Cut the room of what moves; nobody needs what is in it before the next build. */
+void svo_cut_dynamic(kd_gpu *gpu, kd_svo *svo, const svo_room *room);
+
 /** Places of everything that depends on the number of nodes; returns the size of the book in words. */
 /** Size of the node table with so much room. */
 size_t svo_node_bytes(const kd_svo *svo, const uint32_t *room);
@@ -173,10 +186,32 @@ static inline uint32_t svo_levels(const kd_svo *svo)
     return svo->leaf_level - KD_DENSE_LOG2;
 }
 
-/** Nodes of one level for which there may be room: eight leaves of each fit the largest array. */
-static inline uint32_t svo_most_nodes(const kd_svo *svo)
+/** Nodes of one level for which there may be room in so many bytes: eight leaves of each fit the largest
+ * array.
+ */
+static inline uint32_t svo_most_nodes(uint64_t bytes)
 {
-    return (uint32_t)(svo->most_bytes / 64) / 32 * 32;
+    return (uint32_t)(bytes / 64) / 32 * 32;
+}
+
+/** Slots of leaves: these are the largest of the tables, and a block's word has 24 bits for the first of
+ * them.
+ */
+static inline uint32_t svo_most_slots(uint64_t bytes)
+{
+    return (uint32_t)(bytes / 8 < KD_BLOCK_FIRST ? bytes / 8 : KD_BLOCK_FIRST);
+}
+
+/** Room for a layer's leaf parents, kept until its members change. Surfaces share a fifth of a parent a voxel
+ * in any pose, wires up to two, and what is counted now may lie on the lattice: twice the count covers that.
+ */
+static inline uint32_t svo_parents_in_any_pose(uint64_t bytes, uint32_t counted, uint64_t voxels)
+{
+    uint64_t most = bytes / SVO_PARENT_CELL_BYTES;
+    if (most > KD_BLOCK_FIRST / 16) /* eight leaves each, in half of the slots that a block's word can name */
+        most = KD_BLOCK_FIRST / 16;
+    uint64_t want = (voxels > (uint64_t)counted * 2 ? voxels : (uint64_t)counted * 2) + 1024;
+    return (uint32_t)(want < most ? want : most) / 4 * 4; /* four of their words stand in a row */
 }
 
 /** Write indirect arguments: groups of 64 over `factor` times a counter. */
@@ -203,6 +238,7 @@ void svo_bind_taken(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene)
 void svo_add_taken(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene);
 
 /* dynamic.c, still.c: cells of each layer; voxels are chained before there are nodes, cells made after */
+void svo_say_dynamic(svo_state *state, const kd_svo *svo); /* when cells of what moves find no room */
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_build_moving_cells(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_link_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
@@ -220,7 +256,21 @@ void svo_build_blocks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
 
 /* nodes.c: levels above the cells */
 void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
-void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+/** false: there was not room, and the tree is to be made again (kd_svo.again). */
+bool svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+
+/* shortage.c: levels that are given up where there is not room for all. */
+
+/** Begin a run: follow svo.memory (MiB; 0: what the driver binds). */
+void svo_allow(kd_gpu *gpu, svo_state *state, kd_svo *svo, int64_t mebibytes);
+
+/** Is it time to ask whether levels may come back, or have to go? */
+bool svo_asks_for_room(const svo_state *state);
+
+/** Decide what the cascades give up; masks of this frame are made, nodes not yet. counted: nodes by level.
+ * false: it has changed, and everything is to be made again */
+bool svo_has_room(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
+                  const uint32_t *counted);
 
 /* changes.c: with one layer, where leaves came or went; what of the moving ones the next frame is to know */
 void svo_tell_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo);

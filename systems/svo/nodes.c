@@ -67,7 +67,8 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     if (scene->moved) /* what is above the outermost cascade is counted from its corner */
         kd_gpu_fill_buffer(gpu, svo->counters, (KD_COUNT_UP + svo->cascades) * 4, 4, 1);
     kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.others.y * 4, dense_bytes(svo), 0);
-    kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.news.x * 4, dense_bytes(svo), 0);
+    kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.news.x * 4, dense_bytes(svo),
+                       svo->again ? KD_EMPTY : 0);
     if (svo_levels(svo) > 1)
         kd_gpu_fill_buffer(gpu, svo->book, (size_t)svo->places.changed.y * 4, node_bits, 0);
     if (scene->static_changed)
@@ -76,7 +77,7 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     else
         kd_gpu_fill_buffer(gpu, svo->book, first, dense_bytes(svo), 0);
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
-    if (scene->one_layer) { /* what held something is to be emptied, or filled anew */
+    if (scene->one_layer || svo->again) { /* what held something is to be emptied, or filled anew */
         kd_gpu_copy_buffer(gpu, svo->book, (size_t)svo->places.others.x * 4, svo->book, first,
                            dense_bytes(svo));
         svo_empty_nodes(gpu, state, svo);
@@ -214,13 +215,11 @@ static void count_nodes(kd_gpu *gpu, svo_state *state, const kd_svo *svo,
 
 /* Nodes are counted, with one wait, when a layer's members changed or static parts were built anew; the
  * dynamic layer gets room for every pose, as with cells. */
-static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
+                          const uint32_t *counted)
 {
-    uint32_t counted[KD_MAX_NODE_LEVELS], room[KD_MAX_NODE_LEVELS], most = svo_most_nodes(svo);
+    uint32_t room[KD_MAX_NODE_LEVELS], most = svo_most_nodes(svo->most_bytes);
     bool more = false;
-    if (!scene->static_changed && !scene->pages[KD_LAYER_DYNAMIC].changed)
-        return;
-    count_nodes(gpu, state, svo, counted);
     for (uint32_t l = 0; l < svo_levels(svo); l++) {
         uint64_t want = (uint64_t)counted[l] + 1024 + scene->pages[KD_LAYER_DYNAMIC].voxel_count;
         state->nodes_wanted[l] = want < most ? (uint32_t)want : most;
@@ -256,12 +255,19 @@ static void list_touched(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     svo_args(gpu, state, svo, KD_COUNT_TOUCHED, svo->node_capacity, 8, KD_ARGS_TOUCHED);
 }
 
-void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+bool svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    uint32_t levels = svo_levels(svo);
+    uint32_t levels = svo_levels(svo), counted[KD_MAX_NODE_LEVELS];
     svo->current ^= 1;
     merge_masks(gpu, state, svo, scene);
-    reserve_nodes(gpu, state, svo, scene);
+    if (svo_asks_for_room(state) || scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed) {
+        count_nodes(gpu, state, svo, counted);
+        if (!svo_has_room(gpu, state, svo, scene, counted)) {
+            svo->current ^= 1;
+            return false;
+        }
+        reserve_nodes(gpu, state, svo, scene, counted);
+    }
     for (uint32_t l = levels; l-- > 0;)
         change_level(gpu, state, svo, l, false);
     for (uint32_t l = 0; l < levels; l++)
@@ -269,4 +275,5 @@ void svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     if (scene->static_changed)
         list_touched(gpu, state, svo);
     svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 1, KD_ARGS_ALL);
+    return true;
 }

@@ -382,7 +382,7 @@ void svo_write_params(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scen
     float unit = scene->stored_unit > 0 ? scene->stored_unit : 1;
     struct kd_tree_params p = {
         .info = {svo->cascades, scene->resolution, svo->leaf_level, svo_levels(svo)},
-        .capacity = {svo->node_capacity, svo->dynamic_room, 0, 0},
+        .capacity = {svo->node_capacity, svo->dynamic_room, svo->given_up, 0},
         .light = {svo->glows ? scene->brightest_emission : 0, 1 / unit, unit, svo->strict ? 1 : 0},
         .atlas = {1.0f / KD_DENSE, 1.0f / KD_DENSE, 1.0f / (float)KD_ATLAS_SLICES(svo->cascades, 6),
                   1.0f / (float)KD_ATLAS_SLICES(svo->cascades, 2)},

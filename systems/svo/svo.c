@@ -42,6 +42,9 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_RENUMBER] = "shaders/svo/renumber.comp",
     [SVO_MOVE] = "shaders/svo/move.comp",
     [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
+    [SVO_CENSUS] = "shaders/svo/census.comp",
+    [SVO_CENSUS_KEPT] = "shaders/svo/census_kept.comp",
+    [SVO_CENSUS_FRESH] = "shaders/svo/census_fresh.comp",
     [SVO_TAKEN_ADD] = "shaders/svo/taken_add.comp",
     [SVO_TAKEN_MARK] = "shaders/svo/taken_mark.comp",
     [SVO_TAKEN_LEVEL] = "shaders/svo/taken_level.comp",
@@ -68,8 +71,7 @@ static bool compile(kd_gpu *gpu, svo_state *state, int first, int end, bool atom
 static kd_status make(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
                       const kd_settings *settings)
 {
-    int64_t most = kd_gpu_get_info(gpu)->max_ssbo_bytes, set = (int64_t)settings->svo_memory << 20;
-    svo->most_bytes = (uint64_t)(set && set < most ? set : most);
+    svo_allow(gpu, state, svo, settings->svo_memory);
     kd_status status = svo_make(gpu, svo, scene);
     svo->strict = settings->light_leak == KD_LEAK_STRICT;
     bool taken = scene->build != KD_SVO_BUILD_ORDERFREE, atomic = scene->build == KD_SVO_BUILD_ATOMIC;
@@ -119,6 +121,8 @@ static void prepare(kd_system_context *context)
         svo_say_once(state, SVO_SAID_MOVING,
                      "octree: no memory for what moves; it stays dark; choose a smaller "
                      "voxels.resolution");
+    svo->again = false;
+    svo_allow(context->gpu, state, svo, settings->svo_memory);
     if (svo->uniform.id)
         svo_write_params(context->gpu, svo, scene);
 }
@@ -195,7 +199,7 @@ static void follow_counts(kd_gpu *gpu, svo_state *state, kd_svo *svo, kd_tree *t
 /* What nothing static has gone stale in, and nothing moves in or did, is the tree of the frame before. */
 static bool has_changed(const svo_state *state, const kd_voxel_scene *scene)
 {
-    return scene->static_changed || state->dynamic_before ||
+    return scene->static_changed || state->dynamic_before || svo_asks_for_room(state) ||
            scene->pages[KD_LAYER_DYNAMIC].segment_count > 0 || scene->one_layer;
 }
 
@@ -214,12 +218,16 @@ static void build(kd_system_context *context)
         return;
     state->bytes_build = 0;
     follow_counts(gpu, state, svo, tree);
-    svo_give_back(gpu, state, svo, scene);
+    if (!svo->again)
+        svo_give_back(gpu, state, svo, scene);
     svo_begin_nodes(gpu, state, svo, scene);
     bool changed = has_changed(state, scene);
     if (changed) {
         kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
+        bool twice = svo->again;
         builds[scene->build](gpu, state, svo, scene);
+        if (svo->again && !twice)
+            return;
     }
     if (scene->one_layer && svo->wants_changes)
         svo_tell_changes(gpu, state, svo);
@@ -300,12 +308,18 @@ static kd_status add_prepare(kd_schedule *s, svo_state *state)
            });
 }
 
-static kd_status add_build(kd_schedule *s, svo_state *state)
+static bool builds_again(kd_system_context *context)
+{
+    return kd_frame_needs_voxels(context) && kd_singleton(context->world, kd_svo)->again;
+}
+
+/* Once more when cascades have given a level up for want of room, or have one back. */
+static kd_status add_build(kd_schedule *s, svo_state *state, bool again)
 {
     return kd_schedule_add(
         s, &(kd_system_desc){
-               .name = "svo_build",
-               .phase = KD_PHASE_SVO_BUILD,
+               .name = again ? "svo_build_again" : "svo_build",
+               .phase = again ? KD_PHASE_SVO_AGAIN : KD_PHASE_SVO_BUILD,
                .where = KD_ON_GPU,
                .components = {KD_USES(kd_voxel_scene), KD_CHANGES(kd_svo), KD_CHANGES(kd_tree),
                               KD_USES(kd_frame)},
@@ -335,7 +349,7 @@ static kd_status add_build(kd_schedule *s, svo_state *state)
                              {"tree.leaves", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_READ |
                                                  KD_USE_COPY_WRITE},
                              {"tree.data", KD_USE_COPY_READ | KD_USE_COPY_WRITE}},
-               .run_if = kd_frame_needs_voxels,
+               .run_if = again ? builds_again : kd_frame_needs_voxels,
                .no_commands = true,
                .run = build,
                .bytes_moved = build_bytes,
@@ -379,7 +393,9 @@ kd_status kd_svo_import(kd_schedule *s)
         return KD_NO_MEMORY;
     kd_status status = add_prepare(s, state);
     if (!status)
-        status = add_build(s, state);
+        status = add_build(s, state, false);
+    if (!status)
+        status = add_build(s, state, true);
     if (!status)
         status = add_filter(s, state, false);
     if (!status)

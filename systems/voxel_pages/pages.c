@@ -9,6 +9,7 @@
 #include "components/frame.h"
 #include "components/light.h"
 #include "components/scene_store.h"
+#include "components/svo.h"
 #include "runtime/core/log.h"
 #include "systems/voxel_pages/light_unit.h"
 #include "systems/voxel_pages/object_params.h"
@@ -202,6 +203,21 @@ static void run(kd_system_context *context)
     scene->placed = true;
 }
 
+static bool stales_again(kd_system_context *context)
+{
+    return kd_frame_needs_voxels(context) && kd_singleton(context->world, kd_svo)->again;
+}
+
+/* The tree had not room for all: everything comes anew. */
+static void run_again(kd_system_context *context)
+{
+    pages_state *state = context->user;
+    kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
+    stale_add_all(&state->stale, scene);
+    if (stale_upload(&state->stale, context->gpu, scene) != KD_OK)
+        kd_log(KD_LOG_WARNING, "voxel pages: no memory for what is stale; indirect light stays as it is");
+}
+
 static kd_status init(kd_system_context *context)
 {
     pages_state *state = context->user;
@@ -230,11 +246,30 @@ static void fini(kd_system_context *context)
     free(state);
 }
 
+static kd_status add_again(kd_schedule *s, pages_state *state)
+{
+    return kd_schedule_add(s,
+                           &(kd_system_desc){
+                               .name = "voxel_pages_again",
+                               .phase = KD_PHASE_VOXEL_AGAIN,
+                               .where = KD_ON_GPU,
+                               .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_svo), KD_USES(kd_frame)},
+                               .resources = {{"voxels.stale", KD_USE_COPY_WRITE}},
+                               .run_if = stales_again,
+                               .no_commands = true,
+                               .run = run_again,
+                               .user = state,
+                           });
+}
+
 kd_status kd_voxel_pages_import(kd_schedule *s)
 {
     pages_state *state = calloc(1, sizeof *state);
     if (!state)
         return KD_NO_MEMORY;
+    kd_status status = add_again(s, state);
+    if (status)
+        return status;
     return kd_schedule_add(
         s, &(kd_system_desc){
                .name = "voxel_pages",

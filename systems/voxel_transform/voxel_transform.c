@@ -129,15 +129,18 @@ static void fini(kd_system_context *context)
     free(state);
 }
 
-kd_status kd_voxel_transform_import(kd_schedule *s)
+static bool marks_again(kd_system_context *context)
 {
-    transform_state *state = calloc(1, sizeof *state);
-    if (!state)
-        return KD_NO_MEMORY;
+    return kd_frame_needs_voxels(context) && kd_singleton(context->world, kd_svo)->again;
+}
+
+/* Once more when the tree had not room for all that was marked. */
+static kd_status add(kd_schedule *s, transform_state *state, bool again)
+{
     return kd_schedule_add(
         s, &(kd_system_desc){
-               .name = "voxel_transform",
-               .phase = KD_PHASE_VOXEL_TRANSFORM,
+               .name = again ? "voxel_transform_again" : "voxel_transform",
+               .phase = again ? KD_PHASE_VOXEL_AGAIN : KD_PHASE_VOXEL_TRANSFORM,
                .where = KD_ON_GPU,
                .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_svo), KD_USES(kd_frame),
                               KD_USES(kd_scene_store), KD_USES(kd_joint_palette)},
@@ -152,12 +155,21 @@ kd_status kd_voxel_transform_import(kd_schedule *s)
                              {"voxels.stale", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_SAMPLED |
                                                   KD_USE_COPY_WRITE},
                              {"svo.masks", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
-               .run_if = kd_frame_needs_voxels,
+               .run_if = again ? marks_again : kd_frame_needs_voxels,
                .no_commands = true,
                .run = run,
                .bytes_moved = bytes_moved,
-               .init = init,
-               .fini = fini,
+               .init = again ? NULL : init,
+               .fini = again ? NULL : fini,
                .user = state,
            });
+}
+
+kd_status kd_voxel_transform_import(kd_schedule *s)
+{
+    transform_state *state = calloc(1, sizeof *state);
+    if (!state)
+        return KD_NO_MEMORY;
+    kd_status status = add(s, state, false);
+    return status ? status : add(s, state, true);
 }

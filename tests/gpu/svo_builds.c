@@ -372,10 +372,6 @@ static void keeps_what_has_room(uint32_t build)
             for (uint32_t w = 0; w < copy.words[l]; w++)
                 left_out |= copy.masks[l][w] & ~t.r.level_masks[l][w];
         assert_int_equal(left_out, 0); /* nothing that is not the reference's */
-        for (uint32_t n = 0; build == KD_SVO_BUILD_ORDERFREE && n < t.r.node_count[top]; n++) {
-            left_out += !has_bit(copy.masks[top], t.r.lists[top][n]); /* from the outermost cascade on */
-            assert_true(left_out == 0 || !has_bit(copy.masks[top], t.r.lists[top][n]));
-        }
         assert_true(assert_cells(&t, &copy) > copy.capacity / 2);
         tree_free(&copy);
         voxel_frame(&t.v);
@@ -386,10 +382,6 @@ static void keeps_what_has_room(uint32_t build)
     close_case(&t);
 }
 
-static void orderfree_without_room_keeps_the_inner_cascades(void **state)
-{
-    (void)state, keeps_what_has_room(KD_SVO_BUILD_ORDERFREE);
-}
 static void atomic_without_room_keeps_a_part(void **state)
 {
     (void)state, keeps_what_has_room(KD_SVO_BUILD_ATOMIC);
@@ -498,7 +490,6 @@ int main(int argc, char **argv)
         cmocka_unit_test(voxels_that_lose_a_lock_come_in_later),
         cmocka_unit_test(levels_make_the_reference),
         cmocka_unit_test(chains_in_rounds_are_the_same),
-        cmocka_unit_test(orderfree_without_room_keeps_the_inner_cascades),
         cmocka_unit_test(atomic_without_room_keeps_a_part),
         cmocka_unit_test(levels_without_room_keep_a_part),
         cmocka_unit_test(orderfree_gives_room_back),

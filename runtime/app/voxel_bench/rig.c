@@ -148,7 +148,9 @@ static int stage_of(kd_phase phase)
 {
     switch (phase) {
     case KD_PHASE_VOXEL_IO: return RIG_IO;
-    case KD_PHASE_VOXEL_TRANSFORM: return RIG_TRANSFORM;
+    case KD_PHASE_VOXEL_TRANSFORM:
+    case KD_PHASE_VOXEL_AGAIN: return RIG_TRANSFORM;
+    case KD_PHASE_SVO_AGAIN:
     case KD_PHASE_SVO_BUILD: return RIG_BUILD;
     case KD_PHASE_SVO_FILTER:
     case KD_PHASE_BOUNCE_FILTER: return RIG_FILTER;
