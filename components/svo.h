@@ -45,7 +45,6 @@ typedef struct kd_svo {
     bool failed;                            /* no memory for it: there is no indirect light */
     uint32_t given_up;                      /* levels of the cascades for want of room, 4 bits each */
     bool again;                             /* that has changed in this frame: the tree is made once more */
-    uint32_t current;                       /* which of the two level masks is this frame's */
     struct kd_svo_places places;            /* in the book */
 
     bool wants_changes; /* set by whoever reads what changed */
@@ -59,13 +58,14 @@ typedef struct kd_svo {
     kd_gpu_buffer fresh;               /* static cells that are built anew: mask */
     kd_gpu_buffer fresh_heads; /* of the chains of static voxels that cover cells of their leaf parents */
     kd_gpu_buffer entries, entry_glows; /* of these chains; objects of entries, where anything glows */
-    kd_gpu_buffer level_masks[2];       /* "svo.levels": both layers joined, this frame's and the last's */
-    kd_gpu_buffer touched;              /* bits of leaf parents: touched, then those with dynamic cells */
-    kd_gpu_buffer diff, diff_ranks;     /* of the level at hand; behind diff, of all levels, a bit a mask word
-                                           that is not what it was */
-    kd_gpu_buffer book;                 /* "svo.book": kd_svo_places */
-    kd_gpu_buffer counters;             /* KD_COUNT_*, KD_ARGS_* */
-    kd_gpu_buffer sums;                 /* of the layer being added up */
+    kd_gpu_buffer level_masks;          /* "svo.levels": nodes of all levels, of both layers joined */
+    kd_gpu_buffer diff;                 /* of all levels, a bit a mask word that is not what it was */
+    kd_gpu_buffer before;   /* while something changes: level_masks as they were in the frame before */
+    kd_gpu_buffer work;     /* lists of the pass at hand: mask words, leaf parents, what is to be filtered */
+    kd_gpu_buffer moved;    /* leaf parents with dynamic cells in the frame before */
+    kd_gpu_buffer book;     /* "svo.book": kd_svo_places */
+    kd_gpu_buffer counters; /* KD_COUNT_*, KD_ARGS_* */
+    kd_gpu_buffer sums;     /* of the layer being added up */
     kd_gpu_buffer static_albedo, static_emission; /* "svo.cells": of static cells, beside their leaves */
     kd_gpu_buffer taken;         /* numbers of cells while nodes take theirs, eight a leaf parent */
     kd_gpu_buffer dynamic_cells; /* eight a leaf parent, in the order of the parents' mask bits; behind those

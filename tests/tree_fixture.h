@@ -47,7 +47,7 @@ static inline void tree_read_level(voxel_world *v, tree_copy *t, uint32_t l)
     assert_int_equal((&svo->places.child.x)[l], t->child_first[l]);
     t->words[l] = svo->mask_words[l];
     t->masks[l] =
-        voxel_read(svo->level_masks[svo->current], (size_t)svo->mask_first[l] * 4, (size_t)t->words[l] * 4);
+        voxel_read(svo->level_masks, (size_t)svo->mask_first[l] * 4, (size_t)t->words[l] * 4);
     t->count[l] = voxel_count_bits(t->masks[l], t->words[l]);
     t->codes[l] = calloc(t->count[l] + 1, 4);
     t->numbers[l] = calloc(t->count[l] + 1, 4);

@@ -23,6 +23,13 @@ kd_status kd_gpu_rank_run(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, ui
                           uint32_t words, kd_gpu_buffer ranks, uint32_t first_rank, kd_gpu_buffer counters,
                           uint32_t counter);
 
+/** The total alone: cost 1 read of the mask. */
+kd_status kd_gpu_rank_count(kd_gpu *gpu, kd_gpu_rank *rank, kd_gpu_buffer mask, uint32_t first_mask,
+                            uint32_t words, kd_gpu_buffer counters, uint32_t counter);
+
+/** Give back the room for sums; what ranks next makes it anew. */
+void kd_gpu_rank_rest(kd_gpu *gpu, kd_gpu_rank *rank);
+
 /* For masks of which few words have anything new: the caller adds up each block of KD_GPU_RANK_BLOCK words
  * itself, and a word's rank is what the scan leaves for its block plus the bits before it in the block. */
 #define KD_GPU_RANK_BLOCK 32u

@@ -17,26 +17,29 @@ void book_enter(uint bits, uint list, uint counter, uint n)
     book[list + atomicAdd(counters[counter], 1u)] = n;
 }
 
-// A dense cell is to be filtered. There is no list of these before all are known: see svo/dense_list.comp.
-void book_change_dense(uint code)
+void book_set(uint bits, uint n)
 {
-    uint word = places.changed.x + (code >> 5), bit = 1u << (code & 31u);
+    uint word = bits + (n >> 5), bit = 1u << (n & 31u);
     if ((book[word] & bit) == 0u)
         atomicOr(book[word], bit);
+}
+
+// A dense cell is to be filtered. Of these, and of nodes, lists are made when all are known: svo/dense_list.comp, node_list.comp.
+void book_change_dense(uint code)
+{
+    book_set(places.changed.x, code);
 }
 
 // Leaves came or went in a dense cell.
 void book_tell_change(uint code)
 {
-    uint word = places.news.x + (code >> 5), bit = 1u << (code & 31u);
-    if ((book[word] & bit) == 0u)
-        atomicOr(book[word], bit);
+    book_set(places.news.x, code);
 }
 
 // A node of a sparse level (1 …) is to be filtered.
 void book_change_node(uint level, uint number)
 {
-    book_enter(places.changed[level], places.list[level], KD_COUNT_CHANGED + level, number);
+    book_set(places.changed[level], number);
 }
 
 // A cell of cascade c that the finer one fills is to be filtered; c may be the number of cascades: what is above the outermost.

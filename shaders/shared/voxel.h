@@ -141,19 +141,18 @@ struct kd_svo_places {
     uvec4 masks;         /* of the levels: first word in the buffers of level masks */
     uvec4 codes;         /* number to code (cascade above Morton code of the wrapped cell); KD_EMPTY: free */
     uvec4 free;          /* stacks of free numbers */
-    uvec4 list;          /* what is to be filtered; x: codes of dense cells, y …: numbers */
-    uvec4 changed;       /* bits of what is to be filtered; x: by code, y …: by number */
-    uvec4 others;        /* x: bits of dense cells that hold something, y: bits, z: lists of cells that a finer cascade fills, w: list of touched leaf parents */
-    uvec4 words;         /* x: list of mask words in which nodes go or come, y: bits of cells above the outermost cascade that hold something, z: list of those to be filtered, w: list of mask words with touched leaf parents */
+    uvec4 changed;       /* bits of what is to be filtered; x: dense cells by code, y …: nodes by number */
+    uvec4 others;        /* x: bits of dense cells that hold something, y: bits, z: lists of cells that a finer cascade fills */
+    uvec4 above;         /* x: bits of cells above the outermost cascade that hold something, y: list of those to be filtered */
     uvec4 size;          /* x: leaf parents that there is room for, y: levels, z: words of a layer's mask, w: cascades */
     uvec4 room;          /* nodes of the levels that there is room for */
     uvec4 child;         /* of the levels: first word of their nodes' child words in the node table; of the last: of words that lead to leaves */
     uvec4 blocks;        /* x: words of static blocks by number of the leaf parent, y: lists of free blocks, one a size 1 … 8, z: room of each, w: slots of static leaves */
-    /* ---- 176 */
+    /* ---- 160 */
     uvec4 news;          /* x: bits of dense cells in which leaves came or went, y: words of a mask of leaf parents */
-    /* ---- 192 */
+    /* ---- 176 */
 };
-KD_LAYOUT_CHECK(kd_svo_places, 192)
+KD_LAYOUT_CHECK(kd_svo_places, 176)
 /* A block's word, shaders/include/leaf_block.glsl. */
 #define KD_BLOCK_FIRST 0xFFFFFFu
 #define KD_BLOCK_WAITS 0xFFFFFFu /* in place of the first: its cells have no slots yet */
@@ -181,11 +180,10 @@ KD_LAYOUT_CHECK(kd_svo_places, 192)
 #define KD_COUNT_TOP 30         /* slots of static leaves that have been taken, but for what lies on lists of free blocks */
 #define KD_COUNT_TRANSIENT 32
 #define KD_COUNT_TOUCHED 32     /* leaf parents in which the static layer was built anew, or the dynamic one is or was */
-#define KD_COUNT_CHANGED 33     /* + level: length of the lists of what is to be filtered */
+#define KD_COUNT_CHANGED 33     /* + level: length of the list of what is to be filtered */
 #define KD_COUNT_UP 37          /* + cascade 1 …: cells that the finer cascade fills; at the count of cascades: those above changed */
 #define KD_COUNT_PARTS 42       /* mask words on the list */
 #define KD_COUNT_ABOVE 43       /* cells of the first level above the outermost cascade that are to be filtered */
-#define KD_COUNT_TOUCHED_PARTS 44
 #define KD_COUNT_PARENTS 46     /* leaf parents with dynamic cells */
 #define KD_COUNT_LEFT 45        /* 1 when voxels found a locked node and wait for the next pass */
 #define KD_COUNT_TRANSIENT_END 48

@@ -17,12 +17,12 @@ void main()
         uint at = outer << (3 * KD_DENSE_LOG2) | morton_encode(dense_wrap(outer, low + (ivec3(k, k >> 1, k >> 2) & 1)));
         filled |= book[places.others.x + (at >> 5)] >> (at & 31u) & 1u;
     }
-    uint word = places.words.y + (code >> 5), bit = 1u << (code & 31u);
+    uint word = places.above.x + (code >> 5), bit = 1u << (code & 31u);
     bool was = (book[word] & bit) != 0u;
     if (filled != 0u && !was)
         atomicOr(book[word], bit);
     if (filled == 0u && was)
         atomicAnd(book[word], ~bit);
     if (filled != 0u || was)
-        book[places.words.z + atomicAdd(counters[KD_COUNT_ABOVE], 1u)] = code;
+        book[places.above.y + atomicAdd(counters[KD_COUNT_ABOVE], 1u)] = code;
 }

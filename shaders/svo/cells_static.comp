@@ -18,6 +18,7 @@ layout(std430, binding = 3) writeonly buffer albedo_block { uint albedo[]; };
 layout(std430, binding = 4) writeonly buffer emission_block { uvec2 emission[]; }; // emission, area; where anything glows
 layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
 layout(std430, binding = 6) writeonly buffer leaves_block { uvec2 leaves[]; };     // no light yet; normal, weight
+layout(std430, binding = 2) readonly buffer touched_block { uint touched[]; }; // numbers
 
 #include "shaders/include/stale.glsl"
 
@@ -45,7 +46,7 @@ void main()
     uint n = linear_index();
     if (n >= min(counters[KD_COUNT_TOUCHED], places.size.x))
         return;
-    uint number = book[places.others.w + n];
+    uint number = touched[n];
     if (number == KD_EMPTY)
         return;
     uint code = book[places.codes[pass.w] + number];

@@ -5,9 +5,9 @@ layout(local_size_x = 64) in;
 #include "shaders/include/svo_find.glsl"
 #include "shaders/include/linear.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // y: level
-layout(std430, binding = 1) readonly buffer diff_block { uint diff[]; };
-layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; }; // inside blocks of 32 words
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: room on the list, y: level, z: first word of its mask
+layout(std430, binding = 1) readonly buffer before_block { uint before[]; };
+layout(std430, binding = 2) readonly buffer work_block { uvec2 work[]; }; // words; ranks inside blocks of 32 of them
 layout(std430, binding = 6) readonly buffer sums_block { uint sums[]; };   // before the blocks
 layout(std430, binding = 5) buffer masks_block { uint masks[]; };
 
@@ -39,14 +39,14 @@ void come(uint level, uint code, uint number)
 void main()
 {
     uint n = linear_index(), level = pass.y;
-    if (n >= counters[KD_COUNT_PARTS])
+    if (n >= min(counters[KD_COUNT_PARTS], pass.x))
         return;
-    uint word = book[places.words.x + n];
-    uint bits = diff[word], rank = sums[word >> 5] + ranks[word], free = counters[KD_COUNT_FREE + level], come_count = 0u;
+    uint word = work[n].x;
+    uint bits = masks[pass.z + word] & ~before[pass.z + word], rank = sums[word >> 5] + work[n].y, free = counters[KD_COUNT_FREE + level], come_count = 0u;
     for (; bits != 0u && rank < free; bits &= bits - 1u, come_count++, rank++)
         come(level, word * 32u + uint(findLSB(bits)), book[places.free[level] + free - 1u - rank]);
     if (bits != 0u) {
-        masks[places.masks[level] + word] &= ~bits;
+        masks[pass.z + word] &= ~bits;
         counters[KD_COUNT_AWAY] = 1u;
     }
     if (come_count != 0u)

@@ -7,7 +7,8 @@ layout(local_size_x = 64) in;
 #include "shaders/include/morton.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: words
-layout(std430, binding = 1) readonly buffer masks_block { uint masks[]; };
+layout(std430, binding = 1) writeonly buffer work_block { uint work[]; };
+layout(std430, binding = 2) readonly buffer masks_block { uint masks[]; };
 
 void main()
 {
@@ -21,6 +22,6 @@ void main()
         if (in_finer_cascade(c, cell << int(tree.info.w)))
             book_change_up(c, cell_code);
         else
-            book[places.list.x + atomicAdd(counters[KD_COUNT_CHANGED], 1u)] = code;
+            work[atomicAdd(counters[KD_COUNT_CHANGED], 1u)] = code;
     }
 }

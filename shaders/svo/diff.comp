@@ -1,15 +1,15 @@
 // Nodes of a level that go, or that come, in the words of its mask that are not what they were. One invocation a block of 32
-// words: it leaves the words' ranks inside the block and the block's sum, and lists the words. A node that comes needs its
+// words: it leaves the block's sum, and lists the words with their ranks inside the block. A node that comes needs its
 // parent: where there was no number left for that one, it stays away too.
 layout(local_size_x = 64) in;
 
 #include "shaders/include/svo_book.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 at; }; // x: blocks, y: first word, z: 1 for what comes, w: first word of the parents or KD_EMPTY; at.x: bits of the words
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 at; }; // x: blocks, y: first word, z: 1 for what comes, w: first word of the parents or KD_EMPTY; at.x: bits of the words, y: room on the list
 layout(std430, binding = 3) buffer now_block { uint now[]; };
 layout(std430, binding = 1) readonly buffer before_block { uint before[]; };
-layout(std430, binding = 2) buffer diff_block { uint diff[]; }; // bits of nodes; of every level, bits of the words that changed
-layout(std430, binding = 4) writeonly buffer ranks_block { uint ranks[]; };
+layout(std430, binding = 2) readonly buffer diff_block { uint diff[]; };      // of every level, bits of the words that changed
+layout(std430, binding = 4) writeonly buffer work_block { uvec2 work[]; };      // words in which nodes go or come; nodes before them in their block
 layout(std430, binding = 5) writeonly buffer sums_block { uint sums[]; };
 
 // Eight children of each of four parents.
@@ -38,11 +38,16 @@ void main()
         return;
     for (uint words = diff[at.x + block]; words != 0u; words &= words - 1u) {
         uint word = block * 32u + uint(findLSB(words)), bits = go_or_come(word);
-        diff[word] = bits;
-        ranks[word] = sum;
-        sum += uint(bitCount(bits));
-        if (bits != 0u)
-            book[places.words.x + atomicAdd(counters[KD_COUNT_PARTS], 1u)] = word;
+        for (uint n; bits != 0u; bits = 0u) {
+            n = atomicAdd(counters[KD_COUNT_PARTS], 1u);
+            if (n < at.y) {
+                work[n] = uvec2(word, sum);
+                sum += uint(bitCount(bits));
+            } else { // more than was thought: those that come stay away
+                now[pass.y + word] &= ~bits;
+                counters[KD_COUNT_AWAY] = 1u;
+            }
+        }
     }
     sums[block] = sum;
 }

@@ -25,7 +25,7 @@ void main()
     if (code >= (pass.x == 1u ? counters[KD_COUNT_ABOVE] : edge * edge * edge))
         return;
     if (pass.x == 1u)
-        code = book[places.words.z + code];
+        code = book[places.above.y + code];
     ivec3 cell = ivec3(morton_decode(code));
     low = cell * 2;
     put_mean_of_eight(atlas_place_above(places.size.w, pass.x, cell));

@@ -4,6 +4,7 @@
 #include "shaders/include/tree_node.glsl"
 #include "shaders/include/leaf_block.glsl"
 
+layout(std430, binding = 1) readonly buffer work_block { uint work[]; }; // what is to be filtered
 layout(std430, binding = 2) readonly buffer leaves_block { uvec2 leaves[]; };
 layout(std430, binding = 5) buffer data_block { uvec2 data[]; };
 

@@ -14,7 +14,7 @@ void main()
     uint entry = linear_index();
     if (entry >= counters[KD_COUNT_CHANGED])
         return;
-    uint code = book[places.list.x + entry], c = code >> (3 * KD_DENSE_LOG2);
+    uint code = work[entry], c = code >> (3 * KD_DENSE_LOG2);
     uint number = index[dense_place(code)];
     if (number == KD_EMPTY)
         load_nothing();

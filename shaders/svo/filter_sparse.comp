@@ -14,7 +14,7 @@ void main()
     uint entry = linear_index(), level = pass.x;
     if (entry >= counters[KD_COUNT_CHANGED + level])
         return;
-    uint number = book[places.list[level] + entry], code = book[places.codes[level] + number];
+    uint number = work[entry], code = book[places.codes[level] + number];
     if (code == KD_EMPTY)
         return;
     uint parent = find_node(level - 1u, code >> 3);

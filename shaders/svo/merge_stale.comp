@@ -1,6 +1,6 @@
 // First step up the tree, where the static layer is built anew. One invocation a stale patch: a word of leaf parents, which is
-// eight words of cells in Morton order. Reduces eight cells that were built anew to one bit of their parent, joins the dynamic
-// layer's parents, and lists words with touched parents.
+// eight words of cells in Morton order. Reduces eight cells that were built anew to one bit of their parent, and joins the
+// dynamic layer's parents.
 layout(local_size_x = 64) in;
 
 #include "shaders/include/svo_book.glsl"
@@ -11,18 +11,11 @@ layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_a
 layout(std430, binding = 1) buffer static_block { uint parents_static[]; }; // bits of parents
 layout(std430, binding = 2) buffer diff_block { uint diff[]; };
 layout(std430, binding = 3) buffer parents_block { uint parents[]; };
-layout(std430, binding = 4) writeonly buffer touched_block { uint touched[]; }; // bits of parents, of listed words alone
 layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
 layout(std430, binding = 6) readonly buffer fresh_block { uint fresh[]; };
 
 #include "shaders/svo/merge.glsl"
-
-// Spreads the low four bits to bytes of ones.
-uint bytes_of(uint four)
-{
-    uint ones = (four & 1u) | (four & 2u) << 7 | (four & 4u) << 14 | (four & 8u) << 21;
-    return ones * 255u;
-}
+#include "shaders/svo/stale_parents.glsl"
 
 uint parents_of(uint cells)
 {
@@ -30,17 +23,6 @@ uint parents_of(uint cells)
     for (uint k = 0u; k < 4u; k++)
         four |= uint(((cells >> (8u * k)) & 255u) != 0u) << k;
     return four;
-}
-
-// Parents of a word that lie in stale bricks. `levels`: from the dense cells down to theirs.
-uint stale_parents(uint levels, uint word)
-{
-    if (levels == 0u)
-        return stale[stale_at.bits + word];
-    if (levels == 1u)
-        return bytes_of(stale[stale_at.bits + (word >> 3)] >> (4u * (word & 7u)));
-    uint brick = levels == 2u ? word >> 1 : word >> 4;
-    return (stale[stale_at.bits + (brick >> 5)] >> (brick & 31u) & 1u) != 0u ? KD_EMPTY : 0u;
 }
 
 void main()
@@ -52,11 +34,5 @@ void main()
     for (uint i = 0u; i < 8u; i++)
         still |= parents_of(fresh[n * 8u + i]) << (4u * i);
     parents_static[word] = still;
-    uint joined = still | (layers.x != 0u ? parents_dynamic(word) : 0u);
-    put_parents(word, joined);
-    touch &= joined;
-    if (touch == 0u)
-        return;
-    touched[word] = touch;
-    book[places.words.w + atomicAdd(counters[KD_COUNT_TOUCHED_PARTS], 1u)] = word;
+    put_parents(word, still | (layers.x != 0u ? parents_dynamic(word) : 0u));
 }

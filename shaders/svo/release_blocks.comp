@@ -9,6 +9,7 @@ layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of t
 layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
 layout(std430, binding = 1) readonly buffer fresh_block { uint fresh[]; };
 layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
+layout(std430, binding = 2) readonly buffer touched_block { uint touched[]; }; // numbers
 
 #include "shaders/include/stale.glsl"
 
@@ -17,7 +18,7 @@ void main()
     uint entry = linear_index();
     if (entry >= min(counters[KD_COUNT_TOUCHED], places.size.x))
         return;
-    uint number = book[places.others.w + entry];
+    uint number = touched[entry];
     if (number == KD_EMPTY)
         return;
     uint code = book[places.codes[pass.x] + number];

@@ -4,12 +4,14 @@ layout(local_size_x = 64) in;
 #include "shaders/include/linear.glsl"
 #include "shaders/svo/show.glsl"
 
+layout(std430, binding = 1) readonly buffer touched_block { uint touched[]; }; // numbers
+
 void main()
 {
     uint entry = linear_index(), level = pass.x;
     if (entry >= min(counters[KD_COUNT_TOUCHED], places.size.x))
         return;
-    uint number = book[places.others.w + entry];
+    uint number = touched[entry];
     if (number == KD_EMPTY)
         return;
     uint code = book[places.codes[level] + number];

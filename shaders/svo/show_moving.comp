@@ -11,7 +11,7 @@ layout(binding = 2) uniform usamplerBuffer before; // rgba32ui: the words of `mo
 layout(binding = 1) uniform usamplerBuffer still_parents; // rgba32ui: words of parents with static cells
 layout(std140, binding = 1) uniform short_block { uvec4 short_of; }; // x: 1 when not all that moves is chained
 layout(std430, binding = 5) readonly buffer cells_block { uvec4 cells[]; };            // behind those of all parents, which there are
-layout(std430, binding = 6) buffer moved_block { uint moved[]; }; // from pass.z on: parents with dynamic cells, here from the frame before
+layout(std430, binding = 6) buffer moved_block { uint moved[]; }; // parents with dynamic cells, here from the frame before
 
 uvec4 parents_now(uint n)
 {
@@ -38,7 +38,7 @@ void main()
     uint n = linear_index(), level = pass.x;
     if (n * 4u >= pass.z)
         return;
-    uvec4 moves = parents_now(n), did = texelFetch(before, int(pass.z / 4u + n));
+    uvec4 moves = parents_now(n), did = texelFetch(before, int(n));
     uvec4 left = did & ~moves & texelFetch(still_parents, int(n));
     uvec4 away = counters[KD_COUNT_PARENTS] > pass.y || short_of.x != 0u ? moves : uvec4(0u);
     for (uint k = 0u; k < 4u; k++) {
@@ -50,6 +50,6 @@ void main()
                 show_moved(number, code, above);
         }
         if (moves[k] != did[k])
-            moved[pass.z + word] = moves[k];
+            moved[word] = moves[k];
     }
 }

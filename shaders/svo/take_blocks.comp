@@ -7,6 +7,7 @@ layout(local_size_x = 64) in;
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents
 layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
 layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
+layout(std430, binding = 2) readonly buffer touched_block { uint touched[]; }; // numbers
 
 #include "shaders/include/stale.glsl"
 
@@ -15,7 +16,7 @@ void main()
     uint entry = linear_index();
     if (entry >= min(counters[KD_COUNT_TOUCHED], places.size.x))
         return;
-    uint number = book[places.others.w + entry];
+    uint number = touched[entry];
     if (number == KD_EMPTY || !stale_brick(book[places.codes[pass.x] + number] >> (3u * pass.x)))
         return;
     uint cells = book[places.blocks.x + number] >> KD_BLOCK_BITS;

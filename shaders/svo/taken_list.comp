@@ -19,7 +19,6 @@ void list(uint level, uint number, uint count)
         book_change_dense(code);
         return;
     }
-    book[places.list[level] + number] = number;
     if ((number & 31u) == 0u)
         book[places.changed[level] + (number >> 5)] = count - number < 32u ? (1u << (count - number)) - 1u : KD_EMPTY;
 }

@@ -5,9 +5,10 @@ layout(local_size_x = 64) in;
 #include "shaders/include/svo_blocks.glsl"
 #include "shaders/include/linear.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // y: level
-layout(std430, binding = 1) readonly buffer diff_block { uint diff[]; };
-layout(std430, binding = 2) readonly buffer ranks_block { uint ranks[]; }; // inside blocks of 32 words
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: room on the list, y: level, z: first word of its mask
+layout(std430, binding = 1) readonly buffer before_block { uint before[]; };
+layout(std430, binding = 2) readonly buffer work_block { uvec2 work[]; }; // words; ranks inside blocks of 32 of them
+layout(std430, binding = 5) readonly buffer masks_block { uint masks[]; };
 layout(std430, binding = 6) readonly buffer sums_block { uint sums[]; };   // before the blocks
 
 void vanish(uint level, uint code, uint rank)
@@ -37,10 +38,10 @@ void vanish(uint level, uint code, uint rank)
 void main()
 {
     uint n = linear_index(), level = pass.y;
-    if (n >= counters[KD_COUNT_PARTS])
+    if (n >= min(counters[KD_COUNT_PARTS], pass.x))
         return;
-    uint word = book[places.words.x + n];
-    uint bits = diff[word], rank = sums[word >> 5] + ranks[word];
+    uint word = work[n].x;
+    uint bits = before[pass.z + word] & ~masks[pass.z + word], rank = sums[word >> 5] + work[n].y;
     if (bits != 0u)
         atomicAdd(counters[KD_COUNT_NODES + 4u * level + (word * 32u >> (3u * (KD_DENSE_LOG2 + level)))], 0u - uint(bitCount(bits)));
     for (; bits != 0u; bits &= bits - 1u)

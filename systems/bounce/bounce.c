@@ -112,7 +112,7 @@ static void run(kd_system_context *context)
     kd_sky_bind(gpu, kd_singleton(context->world, kd_sky_light));
     kd_gpu_bind_storage(gpu, 0, state->items);
     kd_gpu_bind_storage(gpu, 1, bounce->entries);
-    kd_gpu_bind_storage(gpu, 2, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 2, svo->level_masks);
     kd_gpu_dispatch(gpu, state->select, (svo->mask_words[0] + 63) / 64, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
     kd_gpu_dispatch_indirect(gpu, state->gather.program, state->items, 0);

@@ -206,6 +206,7 @@ static void over_touched(kd_gpu *gpu, const svo_state *state, const kd_svo *svo,
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
     kd_gpu_bind_storage(gpu, 1, svo->fresh);
+    kd_gpu_bind_storage(gpu, 2, svo->work);
     kd_gpu_bind_storage(gpu, 5, scene->stale);
     kd_gpu_dispatch_indirect(gpu, state->programs[program], svo->counters, KD_ARGS_LIST * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -226,10 +227,10 @@ static void show_moving(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     bind_show(gpu, svo);
     kd_gpu_bind_uniform(gpu, 1, short_of, sizeof short_of);
     kd_texel_view_bind(gpu, &state->still_view, 1, svo->masks, KD_RGBA32UI);
-    kd_texel_view_bind(gpu, &state->moved_view, 2, svo->touched, KD_RGBA32UI);
+    kd_texel_view_bind(gpu, &state->moved_view, 2, svo->moved, KD_RGBA32UI);
     kd_gpu_bind_storage(gpu, 1, svo->moved_room ? svo->moved_cells : svo->moving);
     kd_gpu_bind_storage(gpu, 5, svo->dynamic_cells);
-    kd_gpu_bind_storage(gpu, 6, svo->touched);
+    kd_gpu_bind_storage(gpu, 6, svo->moved);
     kd_gpu_dispatch_linear(gpu, state->programs[SVO_SHOW_MOVING], (kd_svo_parent_words(svo) / 4 + 63) / 64);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
 }
@@ -259,6 +260,7 @@ void svo_build_blocks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
     }
     if (scene->static_changed) {
         bind_show(gpu, svo);
+        kd_gpu_bind_storage(gpu, 1, svo->work);
         kd_gpu_dispatch_indirect(gpu, state->programs[SVO_SHOW_BLOCKS], svo->counters, KD_ARGS_LIST * 4);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     }

@@ -39,7 +39,7 @@ static void finish(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
         uint32_t pass[4] = {l, 0, 0, 0};
         svo_args(gpu, state, svo, KD_COUNT_NEED + l, svo->node_room[l], 1, KD_ARGS_LIST);
         kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
-        kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current]);
+        kd_gpu_bind_storage(gpu, 1, svo->level_masks);
         kd_gpu_bind_storage(gpu, 7, svo->book);
         kd_gpu_dispatch_indirect(gpu, state->programs[SVO_TAKEN_LIST], svo->counters, KD_ARGS_LIST * 4);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -142,7 +142,6 @@ static void reserve_for(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_vox
 void svo_build_taken(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, svo_build *fill)
 {
     const kd_voxel_pages *pages = &scene->pages[KD_LAYER_DYNAMIC];
-    svo->current ^= 1;
     if (pages->changed)
         reserve_for(gpu, state, svo, scene, pages->voxel_count);
     do {

@@ -3,9 +3,12 @@
 #include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
 
+enum { LEAST_LIST = 1 << 18 }; /* words of the list of what is to be filtered */
+
 static void bind_children(kd_gpu *gpu, const kd_svo *svo)
 {
     kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 1, svo->work);
     kd_gpu_bind_storage(gpu, 2, svo->leaves);
     kd_gpu_bind_storage(gpu, 3, svo->index);
     kd_gpu_bind_storage(gpu, 4, svo->nodes);
@@ -13,6 +16,13 @@ static void bind_children(kd_gpu *gpu, const kd_svo *svo)
     kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_bind_image(gpu, 0, svo->atlas, 0, KD_IMAGE_READ_WRITE, KD_R32UI);
     kd_gpu_bind_image(gpu, 1, svo->depths, 0, KD_IMAGE_READ_WRITE, KD_R32UI);
+}
+
+static void empty_list(kd_gpu *gpu, const kd_svo *svo, uint32_t l)
+{
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_fill_buffer(gpu, svo->counters, (KD_COUNT_CHANGED + l) * 4, 4, 0);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
 /* Run a pass over a list of `counter` entries. */
@@ -26,23 +36,39 @@ static void over_list(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, sv
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_IMAGE);
 }
 
-/* Level 6 + l from its children: leaves, or the nodes of the next level. */
-static void filter_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t l)
+/* Level 6 + l from its children: leaves, or the nodes of the next level. What is to be done is listed. */
+static void filter_listed(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t l)
 {
     uint32_t child = (&svo->places.child.x)[l], below = kd_svo_data_first(svo, l + 1);
     uint32_t pass[8] = {l, 0, kd_svo_data_first(svo, l), 0, l + 1 == svo_levels(svo), child, below, 0};
     over_list(gpu, state, svo, l == 0 ? SVO_FILTER_DENSE : SVO_FILTER_SPARSE, KD_COUNT_CHANGED + l, pass);
 }
 
+/* In rounds of as many numbers as the list has room for. */
+static void filter_sparse(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t l)
+{
+    uint32_t words = svo->node_room[l] / 32, round = (uint32_t)(kd_gpu_buffer_size(gpu, svo->work) / 4 / 32);
+    for (uint32_t first = 0; first < words; first += round) {
+        uint32_t count = words - first < round ? words - first : round, pass[4] = {l, first, count, 0};
+        empty_list(gpu, svo, l);
+        kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+        kd_gpu_bind_storage(gpu, 0, svo->counters);
+        kd_gpu_bind_storage(gpu, 1, svo->work);
+        kd_gpu_bind_storage(gpu, 7, svo->book);
+        kd_gpu_dispatch_linear(gpu, state->programs[SVO_NODE_LIST], (count + 63) / 64);
+        kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+        filter_listed(gpu, state, svo, l);
+    }
+}
+
 static void list_dense(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
 {
     uint32_t words = svo->cascades * KD_DENSE_WORDS, pass[4] = {words, 0, 0, 0};
-    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE); /* light may enter twice in a frame */
-    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_CHANGED * 4, 4, 0);
-    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    empty_list(gpu, svo, 0);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 1, svo->work);
+    kd_gpu_bind_storage(gpu, 2, svo->level_masks);
     kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_dispatch(gpu, state->programs[SVO_DENSE_LIST], words / 64, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -68,14 +94,29 @@ static void filter_above(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
     }
 }
 
-void svo_filter(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
+/* Room to list dense cells that have nodes, or held something: of their own, or of the finer cascade; and a
+ * good part of the nodes. */
+static kd_status reserve_list(kd_gpu *gpu, kd_svo *svo)
 {
+    uint32_t all = svo->cascades * KD_DENSE_WORDS * 32;
+    uint64_t dense = 2ull * svo->node_room[0] + (uint64_t)svo->cascades * KD_UP_CELLS;
+    dense = dense < all ? dense : all;
+    return svo_reserve_work(gpu, svo, dense > LEAST_LIST ? dense : LEAST_LIST);
+}
+
+void svo_filter(kd_gpu *gpu, svo_state *state, kd_svo *svo)
+{
+    if (reserve_list(gpu, svo) != KD_OK) {
+        svo_say_once(state, SVO_SAID_WORK,
+                     "octree: no memory to filter it; its coarse levels stay as they are");
+        return;
+    }
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     for (uint32_t l = svo_levels(svo); l-- > 1;)
-        filter_level(gpu, state, svo, l);
+        filter_sparse(gpu, state, svo, l);
     list_dense(gpu, state, svo);
-    filter_level(gpu, state, svo, 0);
+    filter_listed(gpu, state, svo, 0);
     for (uint32_t c = 1; c < svo->cascades; c++)
         over_list(gpu, state, svo, SVO_FILTER_UP, KD_COUNT_UP + c, (uint32_t[8]){c});
     filter_above(gpu, state, svo);

@@ -59,7 +59,7 @@ static void cut_entries(kd_gpu *gpu, kd_svo *svo, const svo_room *room)
 enum { NODES, DATA, BOOK, PARTS };
 
 typedef struct smaller {
-    kd_gpu_buffer made[PARTS], moved_from;
+    kd_gpu_buffer made[PARTS], moved_from, ranks;
     struct kd_svo_places places;
     uint32_t room[KD_MAX_NODE_LEVELS];
 } smaller;
@@ -89,7 +89,9 @@ static bool make_smaller(kd_gpu *gpu, const kd_svo *svo, smaller *s)
     }
     s->moved_from =
         kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = most * 4, .name = "svo.moved_from"});
-    return all && s->moved_from.id;
+    s->ranks = kd_gpu_make_buffer(
+        gpu, &(kd_gpu_buffer_desc){.size = svo->mask_words[levels - 1] * 4ul, .name = "svo.ranks"});
+    return all && s->moved_from.id && s->ranks.id;
 }
 
 static void move_rows(kd_gpu *gpu, const svo_state *state, const smaller *s, kd_gpu_buffer from,
@@ -141,10 +143,10 @@ static bool free_numbers(kd_gpu *gpu, const kd_svo *svo, const smaller *s, uint3
 }
 
 /* Nodes of level l: bits of its mask. */
-static uint32_t rank_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l)
+static uint32_t rank_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const smaller *s, uint32_t l)
 {
-    if (kd_gpu_rank_run(gpu, &state->rank, svo->level_masks[svo->current], svo->mask_first[l],
-                        svo->mask_words[l], svo->diff_ranks, 0, svo->counters, KD_COUNT_DIFF) != KD_OK)
+    if (kd_gpu_rank_run(gpu, &state->rank, svo->level_masks, svo->mask_first[l], svo->mask_words[l], s->ranks,
+                        0, svo->counters, KD_COUNT_DIFF) != KD_OK)
         return UINT32_MAX;
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     return svo_read_counter(gpu, svo, KD_COUNT_DIFF);
@@ -156,8 +158,8 @@ static void renumber_level(kd_gpu *gpu, const svo_state *state, const kd_svo *sv
     uint32_t pass[4] = {svo->mask_words[l], svo->mask_first[l], l, (&s->places.codes.x)[l]};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current]);
-    kd_gpu_bind_storage(gpu, 2, svo->diff_ranks);
+    kd_gpu_bind_storage(gpu, 1, svo->level_masks);
+    kd_gpu_bind_storage(gpu, 2, s->ranks);
     kd_gpu_bind_storage(gpu, 3, svo->index);
     kd_gpu_bind_storage(gpu, 4, svo->nodes);
     kd_gpu_bind_storage(gpu, 5, s->moved_from);
@@ -166,13 +168,13 @@ static void renumber_level(kd_gpu *gpu, const svo_state *state, const kd_svo *sv
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-static bool fits(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const uint32_t *room,
+static bool fits(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const smaller *s,
                  uint32_t counts[KD_MAX_NODE_LEVELS])
 {
     bool all = true;
     for (uint32_t l = 0; l < svo_levels(svo); l++) {
-        counts[l] = rank_level(gpu, state, svo, l);
-        all = all && counts[l] <= room[l];
+        counts[l] = rank_level(gpu, state, svo, s, l);
+        all = all && counts[l] <= s->room[l];
     }
     return all;
 }
@@ -188,7 +190,7 @@ static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo)
         want = (want > LEAST ? want : LEAST) / 32 * 32 + 32;
         s.room[l] = want < svo->node_room[l] ? want : svo->node_room[l];
     }
-    bool all = make_smaller(gpu, svo, &s) && fits(gpu, state, svo, s.room, counts);
+    bool all = make_smaller(gpu, svo, &s) && fits(gpu, state, svo, &s, counts);
     if (all) {
         kd_gpu_fill_buffer(gpu, s.made[BOOK], 0, kd_gpu_buffer_size(gpu, s.made[BOOK]), 0);
         kd_gpu_copy_buffer(gpu, svo->book, 0, s.made[BOOK], 0, svo_fixed_book_bytes(svo));
@@ -199,7 +201,7 @@ static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo)
         kd_gpu_fill_buffer(gpu, s.made[BOOK], (size_t)(&s.places.codes.x)[l] * 4, s.room[l] * 4ul, KD_EMPTY);
         all = free_numbers(gpu, svo, &s, l, counts[l]);
         kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
-        rank_level(gpu, state, svo, l);
+        rank_level(gpu, state, svo, &s, l);
         kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
         renumber_level(gpu, state, svo, &s, l);
         move_level(gpu, state, svo, &s, l, counts[l]);
@@ -210,12 +212,22 @@ static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo)
             *parts[i] = s.made[i];
     }
     kd_gpu_destroy_buffer(gpu, s.moved_from);
+    kd_gpu_destroy_buffer(gpu, s.ranks);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     if (!all)
         return;
     svo->places = s.places;
     memcpy(svo->node_room, s.room, sizeof s.room);
     svo->node_capacity = s.room[svo_levels(svo) - 1];
+}
+
+/* What only a tree that changes needs. */
+static void rest(kd_gpu *gpu, svo_state *state, kd_svo *svo)
+{
+    kd_gpu_destroy_buffer(gpu, svo->before);
+    kd_gpu_destroy_buffer(gpu, svo->work);
+    svo->before = svo->work = (kd_gpu_buffer){0};
+    kd_gpu_rank_rest(gpu, &state->rank);
 }
 
 void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
@@ -240,6 +252,8 @@ void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sc
         svo_reserve_chains(gpu, svo, 0);
         svo_fit_leaves(gpu, svo); /* if it fails there is more room than is needed */
     }
+    if (state->same_runs == QUIET)
+        rest(gpu, state, svo);
     if (spare(&state->dynamic, svo->dynamic_capacity))
         svo_cut_dynamic(gpu, svo, &state->dynamic);
     if (scene->build != KD_SVO_BUILD_ORDERFREE)

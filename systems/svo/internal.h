@@ -34,6 +34,7 @@ typedef enum svo_program {
     SVO_ARGS,
     SVO_FILTER_SPARSE,
     SVO_DENSE_LIST,
+    SVO_NODE_LIST,
     SVO_FILTER_DENSE,
     SVO_FILTER_UP,
     SVO_ABOVE_LIST,
@@ -67,7 +68,8 @@ enum {
     SVO_SAID_CHAINS = 64,
     SVO_SAID_LEAVES = 128,
     SVO_SAID_SHORT = 256,
-    SVO_SAID_LEAST = 512
+    SVO_SAID_LEAST = 512,
+    SVO_SAID_WORK = 1024
 };
 #define svo_say_once(state, what, ...)                                                                       \
     do {                                                                                                     \
@@ -108,6 +110,8 @@ typedef struct svo_state {
     uint32_t asked;          /* runs since a level that was given up was asked for */
     double finer[KD_MAX_NODE_LEVELS]
                 [KD_MAX_CASCADES]; /* children of a node when its children were given up */
+    uint32_t same_runs;            /* for which the tree has stayed as it is */
+    uint64_t nodes_asked;          /* of any one level, when they were counted last */
     uint64_t bytes_build;
 } svo_state;
 
@@ -138,6 +142,11 @@ kd_status svo_reserve_dynamic(kd_gpu *gpu, kd_svo *svo, uint32_t parents);
 kd_status svo_reserve_chains(kd_gpu *gpu, kd_svo *svo, uint64_t voxels);
 #define SVO_PARENT_CELL_BYTES (8u * 16u + 4u) /* and which of the eight there are */
 #define SVO_CHAIN_BYTES       (8u * 4u)       /* of a voxel: it may lie in eight parents */
+
+/** Make room for the masks of the frame before; for so many words of lists of work, and what was listed is
+ * lost. Errors KD_GPU, KD_NO_MEMORY */
+kd_status svo_reserve_before(kd_gpu *gpu, kd_svo *svo);
+kd_status svo_reserve_work(kd_gpu *gpu, kd_svo *svo, uint64_t words);
 
 /** Make room for bits and ranks of the dynamic layer's cells, or give it back. Errors KD_GPU, KD_NO_MEMORY:
  * as it was */
@@ -227,7 +236,7 @@ uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter);
 typedef void svo_build(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 svo_build svo_build_orderfree, svo_build_atomic, svo_build_levels;
 
-/** Take all nodes off the masks of the current frame and the tables; all numbers are free. */
+/** Take all nodes off the masks and the tables; all numbers are free. */
 void svo_empty_nodes(kd_gpu *gpu, const svo_state *state, const kd_svo *svo);
 
 /* build_taken.c: what the builds share in which nodes take numbers from counters. `fill` makes nodes and adds
@@ -277,6 +286,6 @@ void svo_tell_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo);
 void svo_keep_moving(kd_gpu *gpu, kd_svo *svo);
 
 /* filter.c: shaders/svo/filter_*.comp */
-void svo_filter(kd_gpu *gpu, const svo_state *state, const kd_svo *svo);
+void svo_filter(kd_gpu *gpu, svo_state *state, kd_svo *svo);
 
 #endif

@@ -39,9 +39,8 @@ static uint32_t most_room(const kd_svo *svo)
 
 void svo_empty_nodes(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
 {
-    kd_gpu_buffer masks = svo->level_masks[svo->current];
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
-    kd_gpu_fill_buffer(gpu, masks, 0, kd_gpu_buffer_size(gpu, masks), 0);
+    kd_gpu_fill_buffer(gpu, svo->level_masks, 0, kd_gpu_buffer_size(gpu, svo->level_masks), 0);
     kd_gpu_fill_buffer(gpu, svo->index, 0, kd_gpu_buffer_size(gpu, svo->index), KD_EMPTY);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_NODES * 4, 16 * 4, 0);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_TOP * 4, 4, 0);
@@ -85,11 +84,10 @@ void svo_begin_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-/* First of the bits, one a word, of what has changed in a level's mask: behind the bits of nodes in `diff`.
- */
+/* First of the bits in `diff`, one a word, of what has changed in a level's mask. */
 static uint32_t changed_words(const kd_svo *svo, uint32_t l)
 {
-    return kd_svo_parent_words(svo) + svo->mask_first[l] / 32;
+    return svo->mask_first[l] / 32;
 }
 
 static void bind_merge(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t count)
@@ -101,12 +99,11 @@ static void bind_merge(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_
     kd_texel_view_bind(gpu, &state->moving_view, 0, svo->has_moving ? svo->moving : svo->masks, KD_RGBA32UI);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 2, svo->diff);
-    kd_gpu_bind_storage(gpu, 3, svo->level_masks[svo->current]);
-    kd_gpu_bind_storage(gpu, 4, svo->touched);
+    kd_gpu_bind_storage(gpu, 3, svo->level_masks);
     kd_gpu_bind_storage(gpu, 7, svo->book);
 }
 
-/* What was built anew; leaves the list of words with touched parents. */
+/* What was built anew. */
 static void merge_stale(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
 {
     bind_merge(gpu, state, svo, scene->stale_patch_count);
@@ -124,7 +121,7 @@ static void merge_moving(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     uint32_t words = kd_svo_parent_words(svo);
     bind_merge(gpu, state, svo, words);
     kd_texel_view_bind(gpu, &state->still_view, 1, svo->masks, KD_RGBA32UI);
-    kd_texel_view_bind(gpu, &state->moved_view, 2, svo->touched, KD_RGBA32UI);
+    kd_texel_view_bind(gpu, &state->moved_view, 2, svo->moved, KD_RGBA32UI);
     kd_gpu_dispatch_linear(gpu, state->programs[SVO_MERGE], groups(words / 4));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE | KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_AWAY * 4, 4, 0);
@@ -136,7 +133,7 @@ static void reduce_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo,
     uint32_t pass[8] = {blocks, svo->mask_first[l + 1],    svo->mask_first[l],
                         0,      changed_words(svo, l + 1), changed_words(svo, l)};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
-    kd_gpu_bind_storage(gpu, 0, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 0, svo->level_masks);
     kd_gpu_bind_storage(gpu, 1, svo->diff);
     kd_gpu_dispatch(gpu, state->programs[SVO_REDUCE], groups(blocks), 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -147,9 +144,8 @@ static void reduce_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo,
 static void merge_masks(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t top = svo_levels(svo) - 1;
-    kd_gpu_buffer masks = svo->level_masks[svo->current];
     kd_gpu_fill_buffer(gpu, svo->diff, (size_t)changed_words(svo, top) * 4, svo->mask_words[top] / 8, 0);
-    kd_gpu_copy_buffer(gpu, svo->level_masks[svo->current ^ 1], 0, masks, 0, kd_gpu_buffer_size(gpu, masks));
+    kd_gpu_copy_buffer(gpu, svo->level_masks, 0, svo->before, 0, kd_gpu_buffer_size(gpu, svo->level_masks));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
     if (scene->static_changed)
         merge_stale(gpu, state, svo, scene);
@@ -157,21 +153,28 @@ static void merge_masks(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const 
         merge_moving(gpu, state, svo);
     for (uint32_t l = top; l-- > 0;)
         reduce_level(gpu, state, svo, l);
-    state->bytes_build += (uint64_t)svo->layer_words * 5;
+    state->bytes_build += (uint64_t)kd_svo_parent_words(svo) * 24;
 }
 
-/* Bits, ranks and the list of words of the nodes of level 6 + l that go, or that come. */
+/* Entries of two words that the list of mask words has room for. */
+static uint32_t list_room(kd_gpu *gpu, const kd_svo *svo)
+{
+    return (uint32_t)(kd_gpu_buffer_size(gpu, svo->work) / 8);
+}
+
+/* The list of words in which nodes of level 6 + l go, or come, and the sums of their bits. */
 static void find_changes(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l, bool come,
                          kd_gpu_buffer sums)
 {
     uint32_t words = svo->mask_words[l], parents = l > 0 ? svo->mask_first[l - 1] : KD_EMPTY;
-    uint32_t pass[8] = {words / 32, svo->mask_first[l], come, parents, changed_words(svo, l)};
+    uint32_t pass[8] = {words / 32, svo->mask_first[l],    come,
+                        parents,    changed_words(svo, l), list_room(gpu, svo)};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
-    kd_gpu_bind_storage(gpu, 1, svo->level_masks[svo->current ^ 1]);
+    kd_gpu_bind_storage(gpu, 1, svo->before);
     kd_gpu_bind_storage(gpu, 2, svo->diff);
-    kd_gpu_bind_storage(gpu, 3, svo->level_masks[svo->current]);
-    kd_gpu_bind_storage(gpu, 4, svo->diff_ranks);
+    kd_gpu_bind_storage(gpu, 3, svo->level_masks);
+    kd_gpu_bind_storage(gpu, 4, svo->work);
     kd_gpu_bind_storage(gpu, 5, sums);
     kd_gpu_bind_storage(gpu, 7, svo->book);
     kd_gpu_dispatch(gpu, state->programs[SVO_DIFF], groups(words / 32), 1, 1);
@@ -182,15 +185,16 @@ static void find_changes(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint3
 
 static void change_level(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t l, bool come)
 {
-    uint32_t at[4] = {0, l, 0, 0}, settle[4] = {l, come, 0, 0};
+    uint32_t room = list_room(gpu, svo), at[4] = {room, l, svo->mask_first[l], 0},
+             settle[4] = {l, come, 0, 0};
     kd_gpu_buffer sums = kd_gpu_rank_sums(gpu, &state->rank, svo->mask_words[l]);
     find_changes(gpu, state, svo, l, come, sums);
-    svo_args(gpu, state, svo, KD_COUNT_PARTS, UINT32_MAX, 1, KD_ARGS_LIST);
+    svo_args(gpu, state, svo, KD_COUNT_PARTS, room, 1, KD_ARGS_LIST);
     bind_book(gpu, svo);
     kd_gpu_bind_uniform(gpu, 0, at, sizeof at);
-    kd_gpu_bind_storage(gpu, 1, svo->diff);
-    kd_gpu_bind_storage(gpu, 2, svo->diff_ranks);
-    kd_gpu_bind_storage(gpu, 5, svo->level_masks[svo->current]);
+    kd_gpu_bind_storage(gpu, 1, svo->before);
+    kd_gpu_bind_storage(gpu, 2, svo->work);
+    kd_gpu_bind_storage(gpu, 5, svo->level_masks);
     kd_gpu_bind_storage(gpu, 6, sums);
     kd_gpu_dispatch_indirect(gpu, state->programs[come ? SVO_COME : SVO_VANISH], svo->counters,
                              KD_ARGS_LIST * 4);
@@ -205,9 +209,8 @@ static void count_nodes(kd_gpu *gpu, svo_state *state, const kd_svo *svo,
                         uint32_t counted[KD_MAX_NODE_LEVELS])
 {
     for (uint32_t l = 0; l < svo_levels(svo); l++)
-        if (kd_gpu_rank_run(gpu, &state->rank, svo->level_masks[svo->current], svo->mask_first[l],
-                            svo->mask_words[l], svo->diff_ranks, 0, svo->counters,
-                            KD_COUNT_NEED + l) != KD_OK)
+        if (kd_gpu_rank_count(gpu, &state->rank, svo->level_masks, svo->mask_first[l], svo->mask_words[l],
+                              svo->counters, KD_COUNT_NEED + l) != KD_OK)
             kd_log(KD_LOG_WARNING, "octree: nodes cannot be counted; some may stay away");
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_read_buffer(gpu, svo->counters, KD_COUNT_NEED * 4, counted, KD_MAX_NODE_LEVELS * 4);
@@ -220,9 +223,11 @@ static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_v
 {
     uint32_t room[KD_MAX_NODE_LEVELS], most = svo_most_nodes(svo->most_bytes);
     bool more = false;
+    state->nodes_asked = 0;
     for (uint32_t l = 0; l < svo_levels(svo); l++) {
         uint64_t want = (uint64_t)counted[l] + 1024 + scene->pages[KD_LAYER_DYNAMIC].voxel_count;
         state->nodes_wanted[l] = want < most ? (uint32_t)want : most;
+        state->nodes_asked = want > state->nodes_asked ? want : state->nodes_asked;
         bool grows = state->nodes_wanted[l] > svo->node_room[l];
         want += grows ? want / SVO_SPARE : 0;
         room[l] = want < most ? (uint32_t)want : most;
@@ -242,15 +247,43 @@ static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_v
                      made ? "voxels.span" : "svo.memory or voxels.span");
 }
 
-/* Numbers of the touched leaf parents, from the list of words that the merge left. */
-static void list_touched(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
+/* Room to list mask words of any level in which nodes go or come, no more than there are nodes or are to be;
+ * then the touched leaf parents. */
+static kd_status reserve_list(kd_gpu *gpu, svo_state *state, kd_svo *svo)
 {
-    uint32_t pass[4] = {0, svo_levels(svo) - 1, 0, 0};
-    svo_args(gpu, state, svo, KD_COUNT_TOUCHED_PARTS, UINT32_MAX, 1, KD_ARGS_LIST);
+    uint64_t words = svo->mask_words[svo_levels(svo) - 1], nodes = most_room(svo),
+             touched = svo->node_capacity;
+    nodes = state->nodes_asked > nodes ? state->nodes_asked : nodes;
+    words = 2 * (words < nodes ? words : nodes);
+    return svo_reserve_work(gpu, svo, words > touched ? words : touched);
+}
+
+static void say_no_memory(svo_state *state)
+{
+    svo_say_once(state, SVO_SAID_WORK,
+                 "octree: no memory to change its nodes; they stay as they are; raise voxels.span");
+}
+
+/* The nodes are those of the frame before; all words are to be looked at once more. */
+static void leave_nodes(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
+{
+    say_no_memory(state);
+    kd_gpu_copy_buffer(gpu, svo->before, 0, svo->level_masks, 0, kd_gpu_buffer_size(gpu, svo->level_masks));
+    kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_AWAY * 4, 4, 1);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
+/* Numbers of the touched leaf parents. */
+static void list_touched(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+{
+    uint32_t top = svo_levels(svo) - 1, pass[4] = {scene->stale_patch_count, top, svo->mask_first[top], 0};
     bind_book(gpu, svo);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
-    kd_gpu_bind_storage(gpu, 1, svo->touched);
-    kd_gpu_dispatch_indirect(gpu, state->programs[SVO_TOUCHED], svo->counters, KD_ARGS_LIST * 4);
+    kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
+    kd_gpu_bind_storage(gpu, 1, scene->stale);
+    kd_gpu_bind_storage(gpu, 2, svo->work);
+    kd_gpu_bind_storage(gpu, 5, svo->level_masks);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_TOUCHED], groups(pass[0]));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     svo_args(gpu, state, svo, KD_COUNT_TOUCHED, svo->node_capacity, 8, KD_ARGS_TOUCHED);
 }
@@ -258,22 +291,27 @@ static void list_touched(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
 bool svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t levels = svo_levels(svo), counted[KD_MAX_NODE_LEVELS];
-    svo->current ^= 1;
+    if (svo_reserve_before(gpu, svo) != KD_OK) {
+        say_no_memory(state);
+        return true;
+    }
     merge_masks(gpu, state, svo, scene);
     if (svo_asks_for_room(state) || scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed) {
         count_nodes(gpu, state, svo, counted);
-        if (!svo_has_room(gpu, state, svo, scene, counted)) {
-            svo->current ^= 1;
+        if (!svo_has_room(gpu, state, svo, scene, counted))
             return false;
-        }
         reserve_nodes(gpu, state, svo, scene, counted);
+    }
+    if (reserve_list(gpu, state, svo) != KD_OK) {
+        leave_nodes(gpu, state, svo);
+        return true;
     }
     for (uint32_t l = levels; l-- > 0;)
         change_level(gpu, state, svo, l, false);
     for (uint32_t l = 0; l < levels; l++)
         change_level(gpu, state, svo, l, true);
     if (scene->static_changed)
-        list_touched(gpu, state, svo);
+        list_touched(gpu, state, svo, scene);
     svo_args(gpu, state, svo, KD_COUNT_HIGH, svo->node_capacity, 1, KD_ARGS_ALL);
     return true;
 }

@@ -58,7 +58,7 @@ static void count(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const 
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_CENSUS * 4, sizeof counts, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
-    count_masks(gpu, state, svo, svo->level_masks[svo->current], svo->mask_first[top], KD_COUNT_CENSUS);
+    count_masks(gpu, state, svo, svo->level_masks, svo->mask_first[top], KD_COUNT_CENSUS);
     if (svo->has_moving)
         count_masks(gpu, state, svo, svo->moving, 0, KD_COUNT_CENSUS_MOVING);
     count_cells(gpu, state, svo, scene);

@@ -117,6 +117,7 @@ static void make_cells(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const k
     kd_texel_view_bind(gpu, &state->object_view, 2, scene->object_params, KD_RGBA32F);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
     kd_gpu_bind_storage(gpu, 1, svo->fresh_heads);
+    kd_gpu_bind_storage(gpu, 2, svo->work);
     kd_gpu_bind_storage(gpu, 3, svo->static_albedo);
     kd_gpu_bind_storage(gpu, 4, svo->static_emission);
     kd_gpu_bind_storage(gpu, 5, scene->stale);

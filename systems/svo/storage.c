@@ -14,7 +14,7 @@ static kd_status make_buffer(kd_gpu *gpu, kd_gpu_buffer *out, size_t size, const
 static void place_cells(kd_svo *svo)
 {
     struct kd_svo_places *p = &svo->places;
-    uint32_t n = svo->cascades, bits = n * KD_DENSE_WORDS, parts = svo->layer_words / 8;
+    uint32_t n = svo->cascades, bits = n * KD_DENSE_WORDS;
     p->size = (kd_gl_uvec4){0, svo_levels(svo), svo->layer_words, n};
     p->masks = (kd_gl_uvec4){svo->mask_first[0], svo->mask_first[1], svo->mask_first[2], svo->mask_first[3]};
     p->changed.x = 0;
@@ -22,40 +22,34 @@ static void place_cells(kd_svo *svo)
     p->others.y = 2 * bits;
     p->news = (kd_gl_uvec4){3 * bits, kd_svo_parent_words(svo), 0, 0};
     p->others.z = 4 * bits;
-    p->words.y = p->others.z + n * KD_UP_CELLS;
-    p->words.z = p->words.y + KD_UP_CELLS / 32;
-    p->words.x = p->words.z + KD_UP_CELLS;
-    p->words.w = p->words.x + parts;
+    p->above.x = p->others.z + n * KD_UP_CELLS;
+    p->above.y = p->above.x + KD_UP_CELLS / 32;
     p->blocks.z = n * KD_FREE_BLOCKS;
 }
 
 size_t svo_fixed_book_bytes(const kd_svo *svo)
 {
-    return 4 * ((size_t)svo->places.words.w + kd_svo_parent_words(svo) + 8ul * svo->places.blocks.z);
+    return 4 * ((size_t)svo->places.above.y + KD_UP_CELLS + 8ul * svo->places.blocks.z);
 }
 
 uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, const uint32_t *room)
 {
     uint32_t at = (uint32_t)(svo_fixed_book_bytes(svo) / 4), levels = svo_levels(svo);
-    uint32_t *codes = &p->codes.x, *stack = &p->free.x, *list = &p->list.x, *changed = &p->changed.x;
+    uint32_t *codes = &p->codes.x, *stack = &p->free.x, *changed = &p->changed.x;
     uint32_t *child = &p->child.x, words = 0;
     memcpy(&p->room, room, levels * sizeof *room);
     p->size.x = room[levels - 1];
     p->blocks.y = at - 8 * p->blocks.z;
     p->blocks.x = at;
-    p->others.w = at + p->size.x;
-    at += 2 * p->size.x;
+    at += p->size.x;
     for (uint32_t l = 0; l < levels; words += 8 * room[l], at += 2 * room[l], l++) {
         child[l] = words;
         codes[l] = at;
         stack[l] = at + room[l];
     }
-    for (uint32_t l = 1; l < levels; at += room[l], l++)
-        list[l] = at;
     for (uint32_t l = 1; l < levels; at += room[l] / 32, l++)
         changed[l] = at;
-    list[0] = at; /* dense cells with nodes, and those that lost theirs */
-    return at + 2 * room[0];
+    return at;
 }
 
 static kd_status make_buffers(kd_gpu *gpu, kd_svo *svo, uint32_t level_words)
@@ -69,11 +63,9 @@ static kd_status make_buffers(kd_gpu *gpu, kd_svo *svo, uint32_t level_words)
         {&svo->uniform, sizeof(struct kd_tree_params), "tree.uniform"},
         {&svo->masks, top, "svo.masks"},
         {&svo->moving, 4, "svo.moving"},
-        {&svo->level_masks[0], (size_t)level_words * 4, "svo.level_masks"},
-        {&svo->level_masks[1], (size_t)level_words * 4, "svo.level_masks"},
-        {&svo->touched, 2 * top, "svo.touched"},
-        {&svo->diff, top + (size_t)level_words / 8, "svo.diff"},
-        {&svo->diff_ranks, top, "svo.diff_ranks"},
+        {&svo->level_masks, (size_t)level_words * 4, "svo.level_masks"},
+        {&svo->diff, (size_t)level_words / 8, "svo.diff"},
+        {&svo->moved, 4, "svo.moving"},
         {&svo->counters, KD_COUNT_WORDS * 4, "svo.counters"},
         {&svo->index, n * KD_DENSE * KD_DENSE * KD_DENSE * 4, "tree.index"},
     };
@@ -138,14 +130,13 @@ kd_status svo_make(kd_gpu *gpu, kd_svo *svo, const kd_voxel_scene *scene)
 
 void svo_destroy(kd_gpu *gpu, kd_svo *svo)
 {
-    kd_gpu_buffer buffers[] = {
-        svo->told,          svo->uniform,        svo->masks,          svo->moving,
-        svo->fresh,         svo->level_masks[0], svo->level_masks[1], svo->touched,
-        svo->diff,          svo->diff_ranks,     svo->book,           svo->counters,
-        svo->sums,          svo->static_albedo,  svo->taken,          svo->static_emission,
-        svo->dynamic_cells, svo->heads,          svo->next,           svo->groups,
-        svo->index,         svo->nodes,          svo->leaves,         svo->data,
-        svo->fresh_heads,   svo->entries,        svo->entry_glows,    svo->moved_cells};
+    kd_gpu_buffer buffers[] = {svo->told,          svo->uniform,       svo->masks,       svo->moving,
+                               svo->fresh,         svo->level_masks,   svo->before,      svo->moved,
+                               svo->diff,          svo->work,          svo->book,        svo->counters,
+                               svo->sums,          svo->static_albedo, svo->taken,       svo->static_emission,
+                               svo->dynamic_cells, svo->heads,         svo->next,        svo->groups,
+                               svo->index,         svo->nodes,         svo->leaves,      svo->data,
+                               svo->fresh_heads,   svo->entries,       svo->entry_glows, svo->moved_cells};
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         kd_gpu_destroy_buffer(gpu, buffers[i]);
     kd_gpu_texture textures[] = {svo->atlas_view, svo->atlas, svo->depths_view, svo->depths};
@@ -329,17 +320,34 @@ kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted)
     return KD_OK;
 }
 
+kd_status svo_reserve_before(kd_gpu *gpu, kd_svo *svo)
+{
+    return kd_gpu_ensure_buffer(gpu, &svo->before, kd_gpu_buffer_size(gpu, svo->level_masks), 0,
+                                "svo.before");
+}
+
+kd_status svo_reserve_work(kd_gpu *gpu, kd_svo *svo, uint64_t words)
+{
+    return kd_gpu_ensure_buffer(gpu, &svo->work, words * 4, 0, "svo.work");
+}
+
 kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted)
 {
-    kd_gpu_buffer made = {0};
-    size_t words = 2ul * kd_svo_parent_words(svo);
+    kd_gpu_buffer made = {0}, moved = {0};
+    size_t bytes = wanted ? (size_t)kd_svo_parent_words(svo) * 4 : 4;
     if (svo->has_moving == wanted)
         return KD_OK;
-    kd_status status = make_buffer(gpu, &made, wanted ? words * 4 : 4, "svo.moving");
-    if (status)
+    kd_status status = make_buffer(gpu, &made, 2 * bytes, "svo.moving");
+    if (!status)
+        status = make_buffer(gpu, &moved, bytes, "svo.moving");
+    if (status) {
+        kd_gpu_destroy_buffer(gpu, made);
         return status;
+    }
     kd_gpu_destroy_buffer(gpu, svo->moving);
+    kd_gpu_destroy_buffer(gpu, svo->moved);
     svo->moving = made;
+    svo->moved = moved;
     svo->has_moving = wanted;
     if (!wanted) {
         kd_gpu_destroy_buffer(gpu, svo->moved_cells);

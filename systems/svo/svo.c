@@ -34,6 +34,7 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_ARGS] = "shaders/svo/args.comp",
     [SVO_FILTER_SPARSE] = "shaders/svo/filter_sparse.comp",
     [SVO_DENSE_LIST] = "shaders/svo/dense_list.comp",
+    [SVO_NODE_LIST] = "shaders/svo/node_list.comp",
     [SVO_FILTER_DENSE] = "shaders/svo/filter_dense.comp",
     [SVO_FILTER_UP] = "shaders/svo/filter_up.comp",
     [SVO_ABOVE_LIST] = "shaders/svo/above_list.comp",
@@ -222,6 +223,7 @@ static void build(kd_system_context *context)
         svo_give_back(gpu, state, svo, scene);
     svo_begin_nodes(gpu, state, svo, scene);
     bool changed = has_changed(state, scene);
+    state->same_runs = changed ? 0 : state->same_runs + 1;
     if (changed) {
         kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
         bool twice = svo->again;

@@ -34,7 +34,7 @@ static void nodes_of_a_cascade_are_the_bits_of_its_masks(void **state)
         uint64_t nodes = 0;
         for (uint32_t l = 0; l < svo->leaf_level - KD_DENSE_LOG2; l++) {
             uint32_t words = svo->mask_words[l] / CASCADES;
-            uint32_t *mask = voxel_read(svo->level_masks[svo->current],
+            uint32_t *mask = voxel_read(svo->level_masks,
                                         ((size_t)svo->mask_first[l] + c * words) * 4, (size_t)words * 4);
             nodes += voxel_count_bits(mask, words);
             free(mask);

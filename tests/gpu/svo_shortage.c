@@ -26,7 +26,7 @@ static void move(voxel_world *v, kd_entity walker, float x)
 static uint32_t *dense_cells(voxel_world *v)
 {
     const kd_svo *svo = voxel_svo(v);
-    return voxel_read(svo->level_masks[svo->current], svo->mask_first[0] * 4ul, svo->mask_words[0] * 4ul);
+    return voxel_read(svo->level_masks, svo->mask_first[0] * 4ul, svo->mask_words[0] * 4ul);
 }
 
 static uint32_t away(voxel_world *v)
