@@ -7,16 +7,14 @@ layout(local_size_x = 64) in;
 #include "shaders/include/linear.glsl"
 #include "shaders/svo/show.glsl"
 
+layout(binding = 0) uniform usamplerBuffer now;    // rgba32ui: the words of `parents`
 layout(binding = 2) uniform usamplerBuffer before; // rgba32ui: the words of `moved`
 layout(binding = 1) uniform usamplerBuffer still_parents; // rgba32ui: words of parents with static cells
 layout(std140, binding = 1) uniform short_block { uvec4 short_of; }; // x: 1 when not all that moves is chained
 layout(std430, binding = 5) readonly buffer cells_block { uvec4 cells[]; };            // behind those of all parents, which there are
 layout(std430, binding = 6) buffer moved_block { uint moved[]; }; // parents with dynamic cells, here from the frame before
 
-uvec4 parents_now(uint n)
-{
-    return pass.y != 0u ? uvec4(parents[n * 4u], parents[n * 4u + 1u], parents[n * 4u + 2u], parents[n * 4u + 3u]) : uvec4(0u);
-}
+uvec4 parents_now(uint n) { return pass.y != 0u ? texelFetch(now, int(n)) : uvec4(0u); }
 
 // Cells that a parent has, from the word that leads to its leaves. still: static ones
 uint cells_now(uint block, uint still)
@@ -41,8 +39,10 @@ void main()
     uvec4 moves = parents_now(n), did = texelFetch(before, int(n));
     uvec4 left = did & ~moves & texelFetch(still_parents, int(n));
     uvec4 away = counters[KD_COUNT_PARENTS] > pass.y || short_of.x != 0u ? moves : uvec4(0u);
-    for (uint k = 0u; k < 4u; k++) {
-        uint word = n * 4u + k;
+    uvec4 any_of = left | away | (moves ^ did);
+    uint work = uint(any_of.x != 0u) | uint(any_of.y != 0u) << 1 | uint(any_of.z != 0u) << 2 | uint(any_of.w != 0u) << 3;
+    for (; work != 0u; work &= work - 1u) {
+        uint k = uint(findLSB(work)), word = n * 4u + k;
         for (uint bits = left[k] | away[k]; bits != 0u; bits &= bits - 1u) {
             uint code = word * 32u + uint(findLSB(bits)), above = level == 0u ? 0u : find_node(level - 1u, code >> 3);
             uint number = level == 0u ? index[dense_place(code)] : above == KD_EMPTY ? KD_EMPTY : nodes[child_place(level, above, code)];

@@ -226,6 +226,7 @@ static void show_moving(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
     uint32_t short_of[4] = {state->short_of_slots};
     bind_show(gpu, svo);
     kd_gpu_bind_uniform(gpu, 1, short_of, sizeof short_of);
+    kd_texel_view_bind(gpu, &state->moving_view, 0, svo->has_moving ? svo->moving : svo->masks, KD_RGBA32UI);
     kd_texel_view_bind(gpu, &state->still_view, 1, svo->masks, KD_RGBA32UI);
     kd_texel_view_bind(gpu, &state->moved_view, 2, svo->moved, KD_RGBA32UI);
     kd_gpu_bind_storage(gpu, 1, svo->moved_room ? svo->moved_cells : svo->moving);
