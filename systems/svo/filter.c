@@ -94,23 +94,27 @@ static void filter_above(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
     }
 }
 
-/* Room to list dense cells that have nodes, or held something: of their own, or of the finer cascade; and a
+/* Words to list dense cells that have nodes, or held something: of their own, or of the finer cascade; and a
  * good part of the nodes. */
-static kd_status reserve_list(kd_gpu *gpu, kd_svo *svo)
+static uint64_t list_words(const kd_svo *svo)
 {
     uint32_t all = svo->cascades * KD_DENSE_WORDS * 32;
     uint64_t dense = 2ull * svo->node_room[0] + (uint64_t)svo->cascades * KD_UP_CELLS;
     dense = dense < all ? dense : all;
-    return svo_reserve_work(gpu, svo, dense > LEAST_LIST ? dense : LEAST_LIST);
+    return dense > LEAST_LIST ? dense : LEAST_LIST;
 }
 
-void svo_filter(kd_gpu *gpu, svo_state *state, kd_svo *svo)
+void svo_reserve_filter(kd_gpu *gpu, svo_state *state, kd_svo *svo)
 {
-    if (reserve_list(gpu, svo) != KD_OK) {
+    if (svo_reserve_work(gpu, svo, list_words(svo)) != KD_OK)
         svo_say_once(state, SVO_SAID_WORK,
                      "octree: no memory to filter it; its coarse levels stay as they are");
+}
+
+void svo_filter(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
+{
+    if (kd_gpu_buffer_size(gpu, svo->work) < 4 * list_words(svo))
         return;
-    }
     kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
     kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
     for (uint32_t l = svo_levels(svo); l-- > 1;)

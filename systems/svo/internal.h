@@ -285,7 +285,8 @@ bool svo_has_room(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sce
 void svo_tell_changes(kd_gpu *gpu, const svo_state *state, kd_svo *svo);
 void svo_keep_moving(kd_gpu *gpu, kd_svo *svo);
 
-/* filter.c: shaders/svo/filter_*.comp */
-void svo_filter(kd_gpu *gpu, svo_state *state, kd_svo *svo);
+/* filter.c: shaders/svo/filter_*.comp; room for its lists is made before */
+void svo_reserve_filter(kd_gpu *gpu, svo_state *state, kd_svo *svo);
+void svo_filter(kd_gpu *gpu, const svo_state *state, const kd_svo *svo);
 
 #endif

@@ -233,6 +233,7 @@ static void build(kd_system_context *context)
     }
     if (scene->one_layer && svo->wants_changes)
         svo_tell_changes(gpu, state, svo);
+    svo_reserve_filter(gpu, state, svo);
     state->dynamic_before = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
     kd_gpu_readback_buffer(gpu, state->readback, svo->counters, 0, KD_COUNT_WORDS * 4, 0);
