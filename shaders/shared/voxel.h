@@ -143,7 +143,7 @@ struct kd_svo_places {
     uvec4 free;          /* stacks of free numbers */
     uvec4 changed;       /* bits of what is to be filtered; x: dense cells by code, y …: nodes by number */
     uvec4 others;        /* x: bits of dense cells that hold something, y: bits, z: lists of cells that a finer cascade fills */
-    uvec4 above;         /* x: bits of cells above the outermost cascade that hold something, y: list of those to be filtered */
+    uvec4 above;         /* x: bits of cells above the outermost cascade that hold something, y: list of those to be filtered, z: list of those of the level above these */
     uvec4 size;          /* x: leaf parents that there is room for, y: levels, z: words of a layer's mask, w: cascades */
     uvec4 room;          /* nodes of the levels that there is room for */
     uvec4 child;         /* of the levels: first word of their nodes' child words in the node table; of the last: of words that lead to leaves */
@@ -184,6 +184,7 @@ KD_LAYOUT_CHECK(kd_svo_places, 176)
 #define KD_COUNT_UP 37          /* + cascade 1 …: cells that the finer cascade fills; at the count of cascades: those above changed */
 #define KD_COUNT_PARTS 42       /* mask words on the list */
 #define KD_COUNT_ABOVE 43       /* cells of the first level above the outermost cascade that are to be filtered */
+#define KD_COUNT_ABOVE_NEXT 44  /* of the level above these */
 #define KD_COUNT_PARENTS 46     /* leaf parents with dynamic cells */
 #define KD_COUNT_LEFT 45        /* 1 when voxels found a locked node and wait for the next pass */
 #define KD_COUNT_TRANSIENT_END 48

@@ -1,4 +1,4 @@
-// Lists the cells of the first level above the outermost cascade that hold something, or did. One invocation a cell.
+// Lists the cells of the first two levels above the outermost cascade that hold something, or did. One invocation a cell of the second.
 layout(local_size_x = 64) in;
 
 #include "shaders/include/svo_book.glsl"
@@ -6,23 +6,30 @@ layout(local_size_x = 64) in;
 #include "shaders/include/morton.glsl"
 #include "shaders/include/linear.glsl"
 
-void main()
+// Does the cell of the first level hold anything?
+bool is_filled(uint code)
 {
-    uint code = linear_index(), outer = places.size.w - 1u;
-    if (counters[KD_COUNT_UP + places.size.w] == 0u || code >= KD_UP_CELLS)
-        return;
+    uint outer = places.size.w - 1u, filled = 0u;
     ivec3 low = ivec3(morton_decode(code)) * 2;
-    uint filled = 0u;
     for (uint k = 0u; k < 8u; k++) {
         uint at = outer << (3 * KD_DENSE_LOG2) | morton_encode(dense_wrap(outer, low + (ivec3(k, k >> 1, k >> 2) & 1)));
         filled |= book[places.others.x + (at >> 5)] >> (at & 31u) & 1u;
     }
-    uint word = places.above.x + (code >> 5), bit = 1u << (code & 31u);
-    bool was = (book[word] & bit) != 0u;
-    if (filled != 0u && !was)
-        atomicOr(book[word], bit);
-    if (filled == 0u && was)
-        atomicAnd(book[word], ~bit);
-    if (filled != 0u || was)
-        book[places.above.y + atomicAdd(counters[KD_COUNT_ABOVE], 1u)] = code;
+    return filled != 0u;
+}
+
+void main()
+{
+    uint n = linear_index(), word = places.above.x + (n >> 2), shift = 8u * (n & 3u);
+    if (counters[KD_COUNT_UP + places.size.w] == 0u || n >= KD_UP_CELLS / 8u)
+        return;
+    uint now = 0u, was = book[word] >> shift & 255u;
+    for (uint i = 0u; i < 8u; i++)
+        now |= uint(is_filled(n * 8u + i)) << i;
+    if (now != was)
+        atomicXor(book[word], (now ^ was) << shift);
+    for (uint work = now | was; work != 0u; work &= work - 1u)
+        book[places.above.y + atomicAdd(counters[KD_COUNT_ABOVE], 1u)] = n * 8u + uint(findLSB(work));
+    if ((now | was) != 0u)
+        book[places.above.z + atomicAdd(counters[KD_COUNT_ABOVE_NEXT], 1u)] = n;
 }

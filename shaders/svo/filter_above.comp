@@ -1,5 +1,5 @@
 // Filter, levels above the outermost cascade, one after the other: 32 cells an edge from its 64, then 16 …
-// Of the first, cells on the list alone.
+// Of the first two, cells on the lists alone.
 layout(local_size_x = 64) in;
 
 #include "shaders/include/linear.glsl"
@@ -22,10 +22,10 @@ atlas_cell source_place(ivec3 offset)
 void main()
 {
     uint code = linear_index(), edge = uint(KD_DENSE) >> pass.x;
-    if (code >= (pass.x == 1u ? counters[KD_COUNT_ABOVE] : edge * edge * edge))
+    if (code >= (pass.x <= 2u ? counters[KD_COUNT_ABOVE + pass.x - 1u] : edge * edge * edge))
         return;
-    if (pass.x == 1u)
-        code = book[places.above.y + code];
+    if (pass.x <= 2u)
+        code = book[(pass.x == 1u ? places.above.y : places.above.z) + code];
     ivec3 cell = ivec3(morton_decode(code));
     low = cell * 2;
     put_mean_of_eight(atlas_place_above(places.size.w, pass.x, cell));

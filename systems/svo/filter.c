@@ -74,17 +74,18 @@ static void list_dense(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
-/* When anything below has changed: of the first level what holds something, of the others all, five thousand
- * cells. */
+/* When anything below has changed: of the first two levels what holds something, of the others all, six
+ * hundred cells. */
 static void filter_above(kd_gpu *gpu, const svo_state *state, const kd_svo *svo)
 {
     uint32_t changed = KD_COUNT_UP + svo->cascades;
-    svo_args(gpu, state, svo, changed, 1, KD_UP_CELLS, KD_ARGS_LIST);
+    svo_args(gpu, state, svo, changed, 1, KD_UP_CELLS / 8, KD_ARGS_LIST);
     bind_children(gpu, svo);
     kd_gpu_dispatch_indirect(gpu, state->programs[SVO_ABOVE_LIST], svo->counters, KD_ARGS_LIST * 4);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     over_list(gpu, state, svo, SVO_FILTER_ABOVE, KD_COUNT_ABOVE, (uint32_t[8]){1});
-    for (uint32_t m = 2; m <= KD_DENSE_MIPS; m++) {
+    over_list(gpu, state, svo, SVO_FILTER_ABOVE, KD_COUNT_ABOVE_NEXT, (uint32_t[8]){2});
+    for (uint32_t m = 3; m <= KD_DENSE_MIPS; m++) {
         uint32_t edge = (uint32_t)KD_DENSE >> m, pass[8] = {m};
         svo_args(gpu, state, svo, changed, 1, edge * edge * edge, KD_ARGS_LIST);
         bind_children(gpu, svo);

@@ -24,12 +24,13 @@ static void place_cells(kd_svo *svo)
     p->others.z = 4 * bits;
     p->above.x = p->others.z + n * KD_UP_CELLS;
     p->above.y = p->above.x + KD_UP_CELLS / 32;
+    p->above.z = p->above.y + KD_UP_CELLS;
     p->blocks.z = n * KD_FREE_BLOCKS;
 }
 
 size_t svo_fixed_book_bytes(const kd_svo *svo)
 {
-    return 4 * ((size_t)svo->places.above.y + KD_UP_CELLS + 8ul * svo->places.blocks.z);
+    return 4 * ((size_t)svo->places.above.z + KD_UP_CELLS / 8 + 8ul * svo->places.blocks.z);
 }
 
 uint32_t svo_place_nodes(const kd_svo *svo, struct kd_svo_places *p, const uint32_t *room)
