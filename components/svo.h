@@ -49,11 +49,12 @@ typedef struct kd_svo {
 
     bool wants_changes; /* set by whoever reads what changed */
     kd_gpu_buffer told; /* "svo.changes": with one layer, a sum of each dense cell's leaves, now and before */
-    kd_gpu_buffer uniform;             /* "tree.uniform": kd_tree_params */
-    kd_gpu_buffer masks;               /* "svo.masks": leaf parents with static cells */
-    kd_gpu_buffer moving;              /* "svo.masks": leaf parents of the dynamic layer, mask and ranks */
-    bool glows;                        /* there is room for static cells' emission: something glows */
-    bool has_moving;                   /* there is room for them: something moves, or did lately */
+    kd_gpu_buffer uniform; /* "tree.uniform": kd_tree_params */
+    bool asleep;           /* nothing has changed for long: of masks there is that of dense cells alone */
+    kd_gpu_buffer masks;   /* "svo.masks": leaf parents with static cells */
+    kd_gpu_buffer moving;  /* "svo.masks": leaf parents of the dynamic layer, mask and ranks */
+    bool glows;            /* there is room for static cells' emission: something glows */
+    bool has_moving;       /* there is room for them: something moves, or did lately */
     kd_gpu_buffer heads, next, groups; /* "svo.chains": of the voxels that cover a leaf parent's cells */
     kd_gpu_buffer fresh;               /* static cells that are built anew: mask */
     kd_gpu_buffer fresh_heads; /* of the chains of static voxels that cover cells of their leaf parents */

@@ -8,7 +8,7 @@
 #include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
 
-enum { QUIET = 64, LEAST = 4096 };
+enum { QUIET = 64, LEAST = 4096, SLEEPING_SPARE = 64 };
 
 static bool spare(svo_room *room, uint32_t capacity)
 {
@@ -179,14 +179,15 @@ static bool fits(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const smaller
     return all;
 }
 
-static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo)
+/* To what is wanted and a `spare`th of it. */
+static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, uint32_t spare)
 {
     uint32_t counts[KD_MAX_NODE_LEVELS];
     smaller s = {0};
     kd_gpu_buffer *parts[PARTS];
     held(svo, parts);
     for (uint32_t l = 0; l < svo_levels(svo); l++) {
-        uint32_t want = state->nodes_wanted[l] + state->nodes_wanted[l] / SVO_SPARE;
+        uint32_t want = state->nodes_wanted[l] + state->nodes_wanted[l] / spare;
         want = (want > LEAST ? want : LEAST) / 32 * 32 + 32;
         s.room[l] = want < svo->node_room[l] ? want : svo->node_room[l];
     }
@@ -221,19 +222,88 @@ static void cut_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo)
     svo->node_capacity = s.room[svo_levels(svo) - 1];
 }
 
-/* What only a tree that changes needs. */
-static void rest(kd_gpu *gpu, svo_state *state, kd_svo *svo)
+/* ---- a tree in which nothing changes ---- */
+
+/* Masks of nodes can be had from their codes: all but that of the dense cells go. */
+static void drop_masks(kd_gpu *gpu, kd_svo *svo)
 {
+    size_t dense = svo->mask_words[0] * 4ul;
+    kd_gpu_buffer kept =
+        kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = dense, .name = "svo.level_masks"});
+    kd_gpu_buffer none = kd_gpu_make_buffer(gpu, &(kd_gpu_buffer_desc){.size = 4, .name = "svo.masks"});
+    bool away = svo_read_counter(gpu, svo, KD_COUNT_AWAY) !=
+                0; /* what is to be asked for again is known by no code */
+    if (svo_levels(svo) == 1 || away || !kept.id || !none.id) {
+        kd_gpu_destroy_buffer(gpu, kept);
+        kd_gpu_destroy_buffer(gpu, none);
+        return;
+    }
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_copy_buffer(gpu, svo->level_masks, 0, kept, 0, dense);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+    kd_gpu_destroy_buffer(gpu, svo->level_masks);
+    kd_gpu_destroy_buffer(gpu, svo->masks);
+    svo->level_masks = kept;
+    svo->masks = none;
+    svo->asleep = true;
+}
+
+/* What only a tree that changes needs; and nearly all that is spare. */
+static void fall_asleep(kd_gpu *gpu, svo_state *state, kd_svo *svo)
+{
+    uint32_t leaves = state->leaves.wanted + state->leaves.wanted / SLEEPING_SPARE + 64;
     kd_gpu_destroy_buffer(gpu, svo->before);
     kd_gpu_destroy_buffer(gpu, svo->work);
     svo->before = svo->work = (kd_gpu_buffer){0};
     kd_gpu_rank_rest(gpu, &state->rank);
+    cut_nodes(gpu, state, svo, SLEEPING_SPARE);
+    if (leaves < svo->leaf_room) /* if it fails there is more room than is needed */
+        svo_gather_blocks(gpu, state, svo, leaves);
+    drop_masks(gpu, svo);
+}
+
+static void put_bits(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, uint32_t l, kd_gpu_buffer masks,
+                     uint32_t first, bool still)
+{
+    uint32_t pass[4] = {l, first, still, 0};
+    kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
+    kd_gpu_bind_storage(gpu, 1, masks);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_WAKE], (svo->node_room[l] + 63) / 64);
+}
+
+kd_status svo_wake(kd_gpu *gpu, const svo_state *state, kd_svo *svo)
+{
+    uint32_t top = svo_levels(svo) - 1;
+    kd_gpu_buffer_desc masks = {.size = kd_svo_parent_words(svo) * 4ul, .zeroed = true, .name = "svo.masks"},
+                       levels = {.size = (svo->mask_first[top] + svo->mask_words[top]) * 4ul,
+                                 .zeroed = true,
+                                 .name = "svo.level_masks"};
+    kd_gpu_buffer still = kd_gpu_make_buffer(gpu, &masks), joined = kd_gpu_make_buffer(gpu, &levels);
+    if (!still.id || !joined.id) {
+        kd_gpu_destroy_buffer(gpu, still);
+        kd_gpu_destroy_buffer(gpu, joined);
+        return KD_GPU;
+    }
+    kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE | KD_BARRIER_STORAGE);
+    kd_gpu_bind_uniform(gpu, KD_BIND_SVO, &svo->places, sizeof svo->places);
+    kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 7, svo->book);
+    for (uint32_t l = 0; l <= top; l++)
+        put_bits(gpu, state, svo, l, joined, svo->mask_first[l], false);
+    put_bits(gpu, state, svo, top, still, 0, true);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE | KD_BARRIER_BUFFER_UPDATE);
+    kd_gpu_destroy_buffer(gpu, svo->masks);
+    kd_gpu_destroy_buffer(gpu, svo->level_masks);
+    svo->masks = still;
+    svo->level_masks = joined;
+    svo->asleep = false;
+    return KD_OK;
 }
 
 void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
-    if (spare(&state->nodes, svo->node_capacity)) {
-        cut_nodes(gpu, state, svo);
+    if (!svo->asleep && spare(&state->nodes, svo->node_capacity)) {
+        cut_nodes(gpu, state, svo, SVO_SPARE);
         svo_write_params(gpu, svo, scene);
     }
     uint32_t leaves = state->leaves.wanted + state->leaves.wanted / SVO_SPARE + 1024;
@@ -252,8 +322,10 @@ void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sc
         svo_reserve_chains(gpu, svo, 0);
         svo_fit_leaves(gpu, svo); /* if it fails there is more room than is needed */
     }
-    if (state->same_runs == QUIET)
-        rest(gpu, state, svo);
+    if (state->same_runs == QUIET) {
+        fall_asleep(gpu, state, svo);
+        svo_write_params(gpu, svo, scene);
+    }
     if (spare(&state->dynamic, svo->dynamic_capacity))
         svo_cut_dynamic(gpu, svo, &state->dynamic);
     if (scene->build != KD_SVO_BUILD_ORDERFREE)

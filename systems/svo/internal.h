@@ -42,6 +42,7 @@ typedef enum svo_program {
     SVO_TELL_CHANGES,
     SVO_RENUMBER,
     SVO_MOVE,
+    SVO_WAKE,
     SVO_FILTER_ABOVE,
     SVO_CENSUS,
     SVO_CENSUS_KEPT,
@@ -71,6 +72,7 @@ enum {
     SVO_SAID_LEAST = 512,
     SVO_SAID_WORK = 1024
 };
+#define SVO_NO_MEMORY "octree: no memory to change its nodes; they stay as they are; raise voxels.span"
 #define svo_say_once(state, what, ...)                                                                       \
     do {                                                                                                     \
         if (!((state)->said & (uint32_t)(what)))                                                             \
@@ -160,6 +162,9 @@ kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted);
  * these. */
 kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words);
 kd_status svo_reserve_entries(kd_gpu *gpu, kd_svo *svo, uint32_t entries);
+
+/** Make anew what was given back while nothing changed. Errors KD_GPU: as it was */
+kd_status svo_wake(kd_gpu *gpu, const svo_state *state, kd_svo *svo);
 
 /** Give back what has been more than half spare for a while (give_back.c). Before the frame's lists begin. */
 void svo_give_back(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);

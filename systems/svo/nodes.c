@@ -258,16 +258,10 @@ static kd_status reserve_list(kd_gpu *gpu, svo_state *state, kd_svo *svo)
     return svo_reserve_work(gpu, svo, words > touched ? words : touched);
 }
 
-static void say_no_memory(svo_state *state)
-{
-    svo_say_once(state, SVO_SAID_WORK,
-                 "octree: no memory to change its nodes; they stay as they are; raise voxels.span");
-}
-
 /* The nodes are those of the frame before; all words are to be looked at once more. */
 static void leave_nodes(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
 {
-    say_no_memory(state);
+    svo_say_once(state, SVO_SAID_WORK, SVO_NO_MEMORY);
     kd_gpu_copy_buffer(gpu, svo->before, 0, svo->level_masks, 0, kd_gpu_buffer_size(gpu, svo->level_masks));
     kd_gpu_fill_buffer(gpu, svo->counters, KD_COUNT_AWAY * 4, 4, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -292,7 +286,7 @@ bool svo_build_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_
 {
     uint32_t levels = svo_levels(svo), counted[KD_MAX_NODE_LEVELS];
     if (svo_reserve_before(gpu, svo) != KD_OK) {
-        say_no_memory(state);
+        svo_say_once(state, SVO_SAID_WORK, SVO_NO_MEMORY);
         return true;
     }
     merge_masks(gpu, state, svo, scene);

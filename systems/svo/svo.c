@@ -42,6 +42,7 @@ static const char *const program_paths[SVO_PROGRAM_COUNT] = {
     [SVO_TELL_CHANGES] = "shaders/svo/tell_changes.comp",
     [SVO_RENUMBER] = "shaders/svo/renumber.comp",
     [SVO_MOVE] = "shaders/svo/move.comp",
+    [SVO_WAKE] = "shaders/svo/wake.comp",
     [SVO_FILTER_ABOVE] = "shaders/svo/filter_above.comp",
     [SVO_CENSUS] = "shaders/svo/census.comp",
     [SVO_CENSUS_KEPT] = "shaders/svo/census_kept.comp",
@@ -221,9 +222,13 @@ static void build(kd_system_context *context)
     follow_counts(gpu, state, svo, tree);
     if (!svo->again)
         svo_give_back(gpu, state, svo, scene);
-    svo_begin_nodes(gpu, state, svo, scene);
     bool changed = has_changed(state, scene);
     state->same_runs = changed ? 0 : state->same_runs + 1;
+    if (changed && svo->asleep && svo_wake(gpu, state, svo) != KD_OK) {
+        svo_say_once(state, SVO_SAID_WORK, SVO_NO_MEMORY);
+        return;
+    }
+    svo_begin_nodes(gpu, state, svo, scene);
     if (changed) {
         kd_gpu_bind_uniform_buffer(gpu, KD_BIND_TREE, svo->uniform, 0, sizeof(struct kd_tree_params));
         bool twice = svo->again;

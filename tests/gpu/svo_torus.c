@@ -178,6 +178,36 @@ static void tree_in_less_room_is_the_same(void **state)
     voxel_close(&fresh.v);
 }
 
+/* Where nothing changes for long, masks and spare room go. What comes afterwards finds all as it was: a thing
+ * comes, the cascades move, and the tree is that of a run that never rested. */
+static void tree_that_slept_is_the_same(void **state)
+{
+    enum { QUIET = 64, COMES = 5 };
+    (void)state;
+    voxel_options options = options_of(256, 2, false);
+    place places[THINGS];
+    uint64_t random = 21;
+    kd_vec3 eye = {0.4f, 0.1f, 0};
+    for (uint32_t i = 0; i < THINGS; i++) {
+        places[i] = random_place(&random);
+        places[i].there = i != COMES;
+    }
+    walk w = open_walk(options, places);
+    voxel_frame(&w.v);
+    uint32_t leaves = voxel_svo(&w.v)->leaf_room;
+    for (int i = 0; i < QUIET + 2; i++)
+        voxel_frame(&w.v);
+    assert_true(voxel_svo(&w.v)->asleep);
+    assert_true(voxel_svo(&w.v)->leaf_room < leaves);
+    places[COMES].there = true;
+    w.things[COMES] = add_thing(&w.v, &places[COMES], COMES);
+    look_from(&w.v, eye);
+    voxel_frame(&w.v);
+    assert_false(voxel_svo(&w.v)->asleep);
+    assert_true(assert_like_fresh(&w, options, places, eye) > 1000);
+    voxel_close(&w.v);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -185,6 +215,7 @@ int main(void)
         cmocka_unit_test(kept_tree_of_three_cascades_is_a_fresh_one),
         cmocka_unit_test(kept_tree_of_two_sparse_levels_is_a_fresh_one),
         cmocka_unit_test(tree_in_less_room_is_the_same),
+        cmocka_unit_test(tree_that_slept_is_the_same),
     };
     return VOXEL_GROUP(tests);
 }
