@@ -21,8 +21,16 @@ typedef struct kd_light {
 } kd_light;
 KD_COMPONENT_DECLARE(kd_light); /* default: directional, white, 3 lx, cones 0 and pi/4 */
 
-/* Of the scene's diagonal: nearer to a point or spot light, a source without extent has no meaning. */
-#define KD_LAMP_SIZE 1e-4f
+/* Nearer to a point or spot light, a source without extent has no meaning: of the scene's diagonal, and at
+ * most, so that one thing far away does not dim all lamps [m]. */
+#define KD_LAMP_SIZE      1e-4f
+#define KD_LAMP_SIZE_MOST 0.05f
+
+static inline float kd_lamp_size(float diagonal)
+{
+    float size = KD_LAMP_SIZE * diagonal;
+    return size < KD_LAMP_SIZE_MOST ? size : KD_LAMP_SIZE_MOST;
+}
 
 /** Write a light at a world transform as shaders read it, without shadow maps (shadow.x is -1). */
 struct kd_light_params kd_light_params_make(const kd_light *light, const kd_mat4 *world);

@@ -41,7 +41,7 @@ kd_status reference_lights_build(kd_world *w, reference_scene *s)
     if (ok)
         add_lights(query, s);
     kd_query_destroy(query);
-    float lamp = KD_LAMP_SIZE * kd_vec3_length(kd_vec3_sub(s->bounds_max, s->bounds_min));
+    float lamp = kd_lamp_size(kd_vec3_length(kd_vec3_sub(s->bounds_max, s->bounds_min)));
     s->lamp_distance2 = fmaxf(lamp * lamp, 1e-20f);
     return ok ? KD_OK : no_memory();
 }

@@ -12,8 +12,10 @@
 
 enum { LARGE_SPOTS = 4 };
 
-static const float SPOT_NEAR = 1.0f / 2048; /* of what its light reaches: nothing nearer casts a shadow */
-static const float SPOT_MAX_TANGENT = 8;    /* 83 degrees: wider cones keep an unshadowed rim */
+/* Nothing nearer casts a shadow: of what its light reaches, but no more than what the camera cuts off, so
+ * that one thing far away takes no shadows from a room. Floats tell 2 cm from each other at 100 m then. */
+static const float SPOT_NEAR = 1.0f / 2048;
+static const float SPOT_MAX_TANGENT = 8; /* 83 degrees: wider cones keep an unshadowed rim */
 
 static struct kd_gl_vec4 row(kd_vec3 v, float w)
 {
@@ -116,7 +118,7 @@ static void add_directional_shadow(shadow_state *s, struct kd_light_params *p, c
 /* A spot's cone, or the six faces of a point light's cube, a little wider than asked for: the filter's
  * margin. */
 static void add_local_shadow(shadow_state *s, struct kd_light_params *p, const kd_light *light,
-                             const shadow_bounds *bounds)
+                             const kd_view *view, const shadow_bounds *bounds)
 {
     uint32_t count = light->type == KD_POINT ? 6 : 1;
     if (s->spot_layers + count > KD_MAX_SPOT_SHADOWS) {
@@ -130,6 +132,7 @@ static void add_local_shadow(shadow_state *s, struct kd_light_params *p, const k
     kd_vec3 forward = {p->direction_ws.x, p->direction_ws.y, p->direction_ws.z};
     float farthest = shadow_farthest(bounds, position) * 1.01f;
     float z_far = light->range > 0 ? fminf(light->range, farthest) : farthest;
+    float z_near = view->z_near > 0 ? fminf(z_far * SPOT_NEAR, view->z_near) : z_far * SPOT_NEAR;
     float tangent = light->type == KD_POINT    ? 1
                     : light->outer_cone < 1.5f ? tanf(light->outer_cone)
                                                : SPOT_MAX_TANGENT;
@@ -138,7 +141,7 @@ static void add_local_shadow(shadow_state *s, struct kd_light_params *p, const k
     p->shadow = (struct kd_gl_vec4){(float)index, (float)count, (float)s->spot_layers, p->shadow.w};
     for (uint32_t i = 0; i < count; i++, s->spot_layers++) {
         kd_vec3 axis = light->type == KD_POINT ? shadow_cube_axis(i) : forward;
-        kd_mat4 matrix = shadow_spot_matrix(position, axis, tangent, z_far * SPOT_NEAR, z_far);
+        kd_mat4 matrix = shadow_spot_matrix(position, axis, tangent, z_near, z_far);
         add_layer(s, &matrix, index + i, false, s->spot_layers);
     }
 }
@@ -157,7 +160,7 @@ static void add_light(shadow_state *s, const kd_light *light, const kd_mat4 *wor
     if (light->type == KD_DIRECTIONAL)
         add_directional_shadow(s, p, view, frame, bounds);
     else
-        add_local_shadow(s, p, light, bounds);
+        add_local_shadow(s, p, light, view, bounds);
 }
 
 static void add_lights(shadow_state *s, bool directional, const kd_view *view, const kd_frame *frame,
@@ -218,7 +221,7 @@ void shadow_lights_run(kd_system_context *context)
     fill_view(s, view, frame, &bounds);
     add_lights(s, true, view, frame, &bounds);
     lighting->directional_count = s->lights.count.x;
-    float lamp = KD_LAMP_SIZE * kd_vec3_length(kd_vec3_sub(bounds.high, bounds.low));
+    float lamp = kd_lamp_size(kd_vec3_length(kd_vec3_sub(bounds.high, bounds.low)));
     s->lights.kinds = (struct kd_gl_vec4){(float)s->lights.count.x, fmaxf(lamp * lamp, 1e-20f), 0, 0};
     add_lights(s, false, view, frame, &bounds);
     lighting->light_count = s->lights.count.x;

@@ -183,6 +183,32 @@ static void a_moved_near_plane_cuts_nothing(void **state)
     free(first);
 }
 
+/* A thing far away makes the scene's bounds large, and changes nothing else. */
+static void one_thing_far_away_changes_no_light(void **state)
+{
+    (void)state;
+    for (int i = 0; i < LAMPS; i++) {
+        float *pictures_of[2];
+        for (int far = 0; far < 2; far++) {
+            render *r;
+            render_setup((void **)&r);
+            add_scene(r, lamps[i], 1);
+            add_camera(r, (kd_vec3){0.4f, 1.6f, 2.4f}, (kd_vec3){-0.3f, 0.2f, 0},
+                       (kd_camera){.fov_y = 0.8f, .z_near = 0.05f, .z_far = 200});
+            if (far)
+                add_shape(r, KD_SHAPE_BOX, (kd_vec3){1, 1, 1}, (kd_vec3){1e5f, 0, 0}, 1);
+            render_frame(r, "far_thing");
+            pictures_of[far] = read_red(r);
+            render_teardown((void **)&r);
+        }
+        int different = count_different(pictures_of[0], pictures_of[1]);
+        printf("%s: %d pixels differ\n", names[i], different);
+        assert_in_range(different, 0, 400); /* edges of shadows: maps have other texels */
+        free(pictures_of[0]);
+        free(pictures_of[1]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -190,6 +216,7 @@ int main(void)
         RENDER_TEST(a_far_camera_with_a_near_lens_sees_no_acne),
         RENDER_TEST(a_camera_over_a_wide_floor_sees_no_acne),
         cmocka_unit_test(a_moved_near_plane_cuts_nothing),
+        cmocka_unit_test(one_thing_far_away_changes_no_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
