@@ -109,6 +109,7 @@ typedef struct svo_state {
     uint32_t moving_parents; /* leaf parents with dynamic cells when their room was settled */
     uint32_t still_runs;     /* for which nothing has moved */
     uint64_t allowed;        /* bytes of an array, by svo.memory and the driver */
+    uint32_t asks;           /* how often it is to be asked yet whether levels may come back */
     uint32_t asked;          /* runs since a level that was given up was asked for */
     double finer[KD_MAX_NODE_LEVELS]
                 [KD_MAX_CASCADES]; /* children of a node when its children were given up */

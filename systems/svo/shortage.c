@@ -12,8 +12,9 @@
 #include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
 
-/* Levels come back when they are thought to leave an eighth of the room free, asked every so many frames. */
-enum { MARGIN = 8, ASK_AGAIN = 64 };
+/* Levels come back when they are thought to leave an eighth of the room free. That is asked when something
+ * changes, and after so many frames a few times more, since room that is spare is given back late. */
+enum { MARGIN = 8, ASK_AGAIN = 64, ASKS = 3 };
 #define LIKELY 5.0 /* children of a node, where nothing is known */
 
 /* What the masks ask for, by cascade: nodes `k` levels above the leaf parents, and static cells. */
@@ -215,7 +216,7 @@ void svo_allow(kd_gpu *gpu, svo_state *state, kd_svo *svo, int64_t mebibytes)
 {
     uint64_t driver = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes, set = (uint64_t)mebibytes << 20;
     uint64_t allowed = set && set < driver ? set : driver;
-    state->asked += svo->given_up > 0;
+    state->asked += svo->given_up > 0 && state->asks > 0;
     if (allowed == state->allowed)
         return;
     state->asked = state->allowed ? ASK_AGAIN : 0;
@@ -247,6 +248,8 @@ bool svo_has_room(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sce
     uint32_t before = svo->given_up;
     demand d = {0};
     double nodes = 0;
+    bool members = scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed;
+    state->asks = members ? ASKS : state->asks > 0 ? state->asks - 1 : 0;
     state->asked = 0;
     for (uint32_t l = 0; l < svo_levels(svo); l++)
         nodes = counted[l] > nodes ? counted[l] : nodes;
