@@ -147,26 +147,27 @@ uint32_t svo_read_counter(kd_gpu *gpu, const kd_svo *svo, uint32_t counter)
     return value;
 }
 
-/* What a cascade has whether or not anything is in it: dense cells in six directions and their index, the
- * bits of all levels, of the dynamic layer's cells, and the ranks of leaf parents in which something moves.
- */
+/* What a cascade has whether or not anything is in it: dense cells in six directions and their index, bits of
+ * dense cells, and masks of nodes, of leaf parents with static cells, and of those in which something moves
+ * with their ranks. */
 static uint64_t empty_cascade_bytes(const kd_svo *svo)
 {
-    const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE, bits = svo->has_moving ? 11 : 1;
-    uint64_t parts = svo->layer_words / svo->cascades / 8, list = cells > 2 * parts ? cells : 2 * parts;
-    uint64_t words = (bits + 4) * parts + 8 * KD_FREE_BLOCKS;
-    for (uint32_t l = 0; l < svo_levels(svo); l++)
-        words += 2ull * (svo->mask_words[l] / svo->cascades);
-    return cells * (6u * 4 + 2u * 4 + (svo_levels(svo) == 1 ? 8 : 4)) + words * 4 +
-           (3ull * KD_DENSE_WORDS + KD_UP_CELLS + list) * 4;
+    const uint64_t cells = KD_DENSE * KD_DENSE * KD_DENSE;
+    uint64_t parts = kd_svo_parent_words(svo) / svo->cascades;
+    uint64_t words = 4 * KD_DENSE_WORDS + KD_UP_CELLS + 8 * KD_FREE_BLOCKS;
+    words += svo->asleep ? 0 : parts;
+    words += svo->has_moving ? 3 * parts : 0;
+    for (uint32_t l = 0; l < (svo->asleep ? 1 : svo_levels(svo)); l++)
+        words += svo->mask_words[l] / svo->cascades;
+    return cells * (6u * 4 + 2u * 4 + (svo_levels(svo) == 1 ? 8 : 4)) + words * 4;
 }
 
-/* Bytes of a node: number, code and place in lists; its child words, and those that lead to leaves, or the
- * word of its block; below the dense level its filtered data. */
+/* Bytes of a node: code, place in the stack of numbers; its child words, and those that lead to leaves, or
+ * the word of its block; below the dense level its filtered data. */
 static uint64_t node_bytes(const kd_svo *svo, uint32_t l)
 {
-    uint32_t last = svo_levels(svo) - 1, words = l == last ? 2 : l + 1 == last ? 16 : 8;
-    return 2 * 4 + (l > 0 ? 8u + 4u : 0u) + words * 4;
+    uint32_t last = svo_levels(svo) - 1, words = l == last ? 1 : l + 1 == last ? 16 : 8;
+    return 2 * 4 + (l > 0 ? 8u : 0u) + words * 4;
 }
 
 static void spread_counts(const kd_svo *svo, const uint32_t *counts, kd_tree *tree)

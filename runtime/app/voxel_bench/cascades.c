@@ -11,8 +11,7 @@ enum { RESOLUTIONS = sizeof resolutions / sizeof *resolutions, CASCADES = 3 };
 /* Why cascades of a resolution cannot be had here; NULL when they can. */
 static const char *missing(const voxel_bench *b, uint32_t resolution, char *text, size_t size)
 {
-    double mask =
-        1.25 * CASCADES * resolution * resolution * resolution / 8; /* with leaf parents' and ranks */
+    double mask = (double)CASCADES * resolution * resolution * resolution / 8;
     char word[16];
     bool offered = false;
     const char *key = "voxels.resolution";
@@ -23,8 +22,10 @@ static const char *missing(const voxel_bench *b, uint32_t resolution, char *text
     if (resolution <= KD_DENSE)
         snprintf(text, size, "it has no sparse level: the dense one has %d^3 cells already", KD_DENSE);
     else if (mask > (double)b->max_ssbo_bytes)
-        snprintf(text, size, "a layer's masks and ranks take %.0f MiB, and a shader may bind %.0f MiB here",
-                 mask / 1048576, (double)b->max_ssbo_bytes / 1048576);
+        snprintf(
+            text, size,
+            "a mask of all cells, for what comes anew, takes %.0f MiB, and a shader may bind %.0f MiB here",
+            mask / 1048576, (double)b->max_ssbo_bytes / 1048576);
     else if (!offered)
         snprintf(text, size, "the setting %s does not offer it", key);
     else

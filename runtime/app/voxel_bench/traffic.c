@@ -85,11 +85,11 @@ static uint64_t transform_bytes(const rig_figures *f)
     return f->dynamic_voxels * (SHAPE + COLOR + PAGE) + f->deforming_voxels * BINDING + f->layer_bytes / 8;
 }
 
-/* Page voxels in, for chains and for cells; chains out and in; the static mask in, the dynamic one out;
- * cells, masks of all levels (a seventh of the leaves') and children out. */
+/* Page voxels in, for chains and for cells; chains out and in; masks of both layers' leaf parents in; cells,
+ * masks of all levels (a seventh of the leaves') and children out. */
 static uint64_t build_bytes(const rig_figures *f)
 {
-    uint64_t bytes = f->dynamic_voxels * (2 * PAGE + 2 * CHAINS) + f->cells * CELL + 2 * f->layer_bytes +
+    uint64_t bytes = f->dynamic_voxels * (2 * PAGE + 2 * CHAINS) + f->cells * CELL + f->layer_bytes / 4 +
                      f->layer_bytes / 7;
     for (uint32_t l = 0; l < f->levels; l++)
         bytes += f->nodes[l] * CHILDREN;
