@@ -60,8 +60,10 @@ static void list_static(kd_gpu *gpu, transform_state *state, kd_voxel_scene *sce
 {
     if (!scene->pages[KD_LAYER_STATIC].segment_count) /* nothing is there any more */
         number_patches(gpu, state, scene);
-    else if (cull_static(gpu, state, scene) != KD_OK)
+    else if (cull_static(gpu, state, scene) != KD_OK) {
+        kd_gpu_fill_buffer(gpu, scene->stale, 0, KD_STALE_HEAD * 4, 0); /* none are listed */
         kd_log(KD_LOG_WARNING, "voxel transform: no memory to list static voxels; some are left out");
+    }
 }
 
 static void transform_dynamic(kd_system_context *context, transform_state *state, const kd_voxel_scene *scene,
