@@ -84,7 +84,7 @@ static void levels_are_given_up_and_nothing_is_missing(void **state)
     double depth = depth_of(&whole);
     assert_int_equal(voxel_svo(&whole)->given_up, 0);
     uint32_t before = 0;
-    for (int32_t memory = 5; memory > 1; memory--) {
+    for (int32_t memory = 4; memory > 1; memory -= 2) {
         voxel_world v = open_room(FINE, memory, &other);
         move(&v, other, 0.1f); /* in the very first frame */
         const kd_svo *svo = voxel_svo(&v);
