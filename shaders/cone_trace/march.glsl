@@ -10,7 +10,7 @@ uint march_turn(int step, uint variant) { return (uint(step) + variant * gather.
 // v: what the sample of cone i at t gave, which stands for a round of the march, s long.
 void march_step(inout cone_result all, inout float through[KD_MAX_CONES], float t, uint i, float weight, vec4 v, float s, float falloff)
 {
-    float lost = through[i] * (1.0 - cone_through(v, s)), gained = weight * lost;
+    float lost = through[i] - cone_open_after(through[i], v, s), gained = weight * lost;
     if (v.a > 0.0)
         all.radiance += gained * (v.rgb / v.a);
     all.occlusion += gained / (1.0 + falloff * t);

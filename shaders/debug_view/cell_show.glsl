@@ -31,7 +31,7 @@ vec3 cell_show(cell_place at, int k, vec4 seen, uint channel)
     if (channel == KD_SHOW_RADIANCE)
         return seen.rgb / seen.a * tree.light.z;
     if (channel == KD_SHOW_OPACITY)
-        return vec3(1.0 - exp(-seen.a));
+        return vec3(depth_opacity(seen.a));
     if (channel == KD_SHOW_CASCADE)
         return show_cascade(k);
     vec3 a = cell_attribute(at, channel);

@@ -70,9 +70,9 @@ vec4 march(vec3 origin_ws, vec3 direction, int level, uint channel)
             continue;
         if (channel == KD_SHOW_OPACITY)
             return vec4(cell_show(at, k, seen, channel), 1.0);
-        float through = exp(-seen.a * s / at.edge);
-        sum += transmittance * (1.0 - through) * cell_show(at, k, seen, channel);
-        transmittance *= through;
+        float open = open_after(transmittance, seen.a * s / at.edge, depth_residue(FULL_DEPTH));
+        sum += (transmittance - open) * cell_show(at, k, seen, channel);
+        transmittance = open;
     }
     float opacity = 1.0 - transmittance;
     return vec4(channel == KD_SHOW_RADIANCE || opacity <= 0.0 ? sum : sum / opacity, opacity);

@@ -29,7 +29,7 @@ vec3 show_voxel(kd_voxel_segment segment, voxel_box box, uint i)
     case KD_SHOW_VOXEL_NORMAL:
         return show_normal(box.normal_ws);
     case KD_SHOW_OPACITY:
-        return vec3(1.0 - exp(-FULL_DEPTH * box.coverage));
+        return vec3(depth_opacity(FULL_DEPTH * box.coverage));
     case KD_SHOW_CASCADE:
         return show_cascade(c);
     case KD_SHOW_RADIANCE:

@@ -1,5 +1,6 @@
 // Tracing one cone through the octree, front to back, as emission and absorption: over a step of length s through matter of
-// optical depth d per metre and radiance S, the light gained is T (1 - exp(-d s)) S and T falls by exp(-d s).
+// optical depth d per metre and radiance S what is open of it, T, becomes T' (open_after in tree_node.glsl), and the light gained
+// is (T - T') S.
 
 //
 // Programs may be compiled for other forms of sampling: KD_CONES_QUADRILINEAR interpolates between levels too, KD_CONES_PAPER
@@ -20,14 +21,18 @@ const float CONE_SHARPNESS = 1.0;
 // look into the directions between.
 const float CONE_NEAR_WIDTH = 4.0;
 
-// `light.leak=strict`: matter is three times as dense, and a cone goes on until it would add nothing that is seen.
+// A cone is closed by this share of a wall's depth: steps of up to 1.4 cells find 0.84 of a wall, others more.
+const float CONE_WALL = 0.85;
+
+// What a cone of which less than CONE_CLOSED is open has met is taken for all of it: it ends in the wall that it came to, and does
+// not look for the rest in what lies behind. Leaves and the finest dense cells are denser: they reach over a voxel or two, so the
+// place of a wall is known well enough, and a wall that a cone starts beside has less of its depth in front of it.
+//
+// `light.leak=strict`: matter is many times as dense, and a cone goes on until it would add nothing that is seen.
 #ifdef KD_LEAK_STRICT
-const float CONE_LEAST = 0.0001, CONE_DENSITY = 3.0, CONE_CLOSED = 0.0;
+const float CONE_LEAST = 0.0001, CONE_DENSITY = 18.0 / FULL_DEPTH, CONE_NEAR_DENSITY = 1.0, CONE_CLOSED = 0.0, CONE_AHEAD = 0.0;
 #else
-const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0;
-// Light that little gets through to is taken for that of the last sample: a cone then ends in the wall that it meets, and does
-// not look for the rest in what lies behind.
-const float CONE_CLOSED = 0.05;
+const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0, CONE_NEAR_DENSITY = 2.0, CONE_CLOSED = 0.1, CONE_AHEAD = 1.0;
 #endif
 #ifdef KD_CONES_PAPER
 const int CONE_MOST_SAMPLES = 4096; // those of all cones
@@ -49,6 +54,8 @@ struct cone_result {
     float transmittance;
     float occlusion;    // weighted by 1 / (1 + falloff t)
     int samples;
+    vec3 shown;         // radiance of what the last sample met,
+    float gained;       // and how much of the cone that closed
 #ifdef KD_CONES_PAPER
     vec4 before; // the last sample
     int lod_before;
@@ -62,6 +69,8 @@ cone_result cone_begin()
     r.transmittance = 1.0;
     r.occlusion = 0.0;
     r.samples = 0;
+    r.shown = vec3(0.0);
+    r.gained = 0.0;
 #ifdef KD_CONES_PAPER
     r.before = vec4(0.0);
     r.lod_before = -1;
@@ -134,27 +143,41 @@ vec4 cone_join_levels(inout cone_result r, cone_place at, vec3 facing, vec4 v) {
 
 vec4 cone_sample_sparse(inout cone_result r, cone_place at, vec3 facing)
 {
-    return cone_join_levels(r, at, facing, tree_sample_sparse(at.cascade, at.lod, at.p_ws, facing));
+    return CONE_NEAR_DENSITY * cone_join_levels(r, at, facing, tree_sample_sparse(at.cascade, at.lod, at.p_ws, facing));
 }
 
 vec4 cone_sample_wide(inout cone_result r, cone_place at, vec3 facing)
 {
-    return cone_join_levels(r, at, facing, tree_sample_wide(at.cascade, at.lod, at.p_ws, facing));
+    vec4 v = cone_join_levels(r, at, facing, tree_sample_wide(at.cascade, at.lod, at.p_ws, facing));
+    return at.lod > at.cascade + KD_SPARSE_LEVELS ? v : CONE_NEAR_DENSITY * v;
 }
 
-// Share of light that gets through what a sample stands for, s long.
-float cone_through(vec4 v, float s) { return exp(-v.a * (s * CONE_DENSITY)); }
+// What is open of a cone after what a sample stands for, s long.
+float cone_open_after(float open, vec4 v, float s)
+{
+#ifdef KD_LEAK_STRICT
+    return open * exp(-v.a * (s * CONE_DENSITY));
+#else
+    return open_after(open, v.a * (s * CONE_DENSITY), depth_residue(CONE_WALL * FULL_DEPTH));
+#endif
+}
 
 // v: what the sample at t gave.
+//
+// Interpolated matter begins half a cell in front of itself, and a ray that comes aslant would see a place too near by as much: so
+// what a sample closed shows the radiance that the next one meets, as far as that closes as much.
 void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_settings settings)
 {
-    float through = cone_through(v, s);
-    through = r.transmittance * through < settings.closed ? 0.0 : through;
-    float gained = r.transmittance * (1.0 - through);
-    if (v.a > 0.0)
-        r.radiance += gained * (v.rgb / v.a);
+    float open = cone_open_after(r.transmittance, v, s), gained = r.transmittance - open;
+    vec3 shown = v.a > 0.0 ? v.rgb / v.a : r.shown;
+    r.radiance += gained * shown + CONE_AHEAD * min(gained, r.gained) * (shown - r.shown);
     r.occlusion += gained / (1.0 + settings.falloff * t);
-    r.transmittance *= through;
+    r.shown = shown;
+    r.gained = gained;
+    float whole = open < settings.closed ? 1.0 / (1.0 - open) : 1.0;
+    r.radiance *= whole;
+    r.occlusion *= whole;
+    r.transmittance = open < settings.closed ? 0.0 : open;
     r.samples++;
     t += s;
 }

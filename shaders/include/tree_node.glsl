@@ -2,19 +2,32 @@
 //
 // A node is a small piece of participating medium: optical depth tau per edge length of the node, and the radiance S that its
 // matter sends out. Optical depths add up along a ray however the wall lies between two cells, which opacities do not; so
-// everything that is interpolated is (tau S, tau), and a wall lets exp(-6) through at every offset.
+// everything that is interpolated is (tau S, tau), and a wall has its whole depth at every offset.
+//
+// A ray ends when it has gone through the depth of a covered cell. What is left of it is exp(-tau) less the share that it would
+// have then, so nothing gets through a wall, and half a cell stops half of the rays.
 //
 // Depth has six directions: matter stops a ray that meets its front side. A ray that leaves a surface does not see the cells
 // of that surface, however coarse they are; without this a wide cone shadows itself at every level.
 //
-//   leaf          uvec2: S as rgb9e5 | normal 3 x snorm8, tau 7 bits of 0 … 6, double sided 1 bit
-//   sparse node   uvec2: S as rgb9e5 | tau for rays towards +x -x +y -y +z -z, 5 bits each of 0 … 6
+//   leaf          uvec2: S as rgb9e5 | normal 3 x snorm8, tau 7 bits of 0 … FULL_DEPTH, double sided 1 bit
+//   sparse node   uvec2: S as rgb9e5 | tau for rays towards +x -x +y -y +z -z, 5 bits each of 0 … FULL_DEPTH
 //   dense cell    six RGBA16F texels: (tau S, tau) for rays towards +x -x +y -y +z -z
 
 #include "shaders/shared/voxel.h"
 #include "shaders/include/half_pack.glsl"
 
 const float FULL_DEPTH = KD_FULL_DEPTH;
+
+// exp(-depth) / (1 - exp(-depth)): what would still be open after the depth at which nothing is.
+float depth_residue(float depth) { return 1.0 / (exp(depth) - 1.0); }
+
+// Open share of a ray after matter of optical depth `depth`, from the share before.
+float open_after(float open, float depth, float residue)
+{
+    float through = exp(-depth);
+    return max(open * through - residue * (1.0 - through), 0.0);
+}
 
 struct node_value {
     vec3 radiance;  // S
@@ -94,11 +107,14 @@ vec4 node_seen(uvec2 w, vec3 direction, vec3 weight)
     return vec4(rgb9e5_unpack(w.x) * depth, depth);
 }
 
+// Share of rays that matter of a depth stops.
+float depth_opacity(float depth) { return 1.0 - open_after(1.0, depth, depth_residue(FULL_DEPTH)); }
+
 // What two cells in a row show to a ray that meets `front` first: light (xyz) and opacity (w).
 vec4 behind(vec3 front_radiance, float front_depth, vec3 back_radiance, float back_depth)
 {
-    float front = exp(-front_depth), back = exp(-back_depth);
-    return vec4((1.0 - front) * front_radiance + front * (1.0 - back) * back_radiance, 1.0 - front * back);
+    float residue = depth_residue(FULL_DEPTH), between = open_after(1.0, front_depth, residue), after = open_after(between, back_depth, residue);
+    return vec4((1.0 - between) * front_radiance + (between - after) * back_radiance, 1.0 - after);
 }
 
 // Mean over columns back to (tau S, tau) of the parent's own edge length. `depths`: of the columns together. Strictly it is their
@@ -106,7 +122,7 @@ vec4 behind(vec3 front_radiance, float front_depth, vec3 back_radiance, float ba
 vec4 column_mean(vec4 sum, float depths, bool strict)
 {
     vec4 mean = 0.25 * sum;
-    float depth = min(-log(max(1.0 - mean.a, exp(-FULL_DEPTH))), FULL_DEPTH);
+    float depth = -log(1.0 - mean.a * (1.0 - exp(-FULL_DEPTH)));
     depth = strict ? 0.25 * depths : depth;
     return mean.a > 0.0 ? vec4(mean.rgb * (depth / mean.a), depth) : vec4(0.0);
 }

@@ -44,8 +44,10 @@
 #define KD_MAX_CASCADES 4
 #define KD_DENSE_MIPS 5 /* 32, 16, 8, 4, 2 below the outermost cascade's 64 */
 
-/* Optical depth of a fully covered voxel along its own edge: exp(-6) = 0.25 % gets through. */
-#define KD_FULL_DEPTH 6.0
+/* Optical depth of a fully covered voxel along its own edge, which lets nothing through: what is left of a ray
+ * after a depth d is (exp(-d) - exp(-2)) / (1 - exp(-2)). Small, so that the parts of a wall add up almost as
+ * areas do, and full depth is reached where the wall is and not half a cell before. */
+#define KD_FULL_DEPTH 2.0
 
 /* Words of an attribute sum, fixed point, one sum per occupied cell of a layer:
  *   0 weight (255 a voxel that covers the cell), 1-3 albedo (linear, 8 bit x weight), 4-6 normal (snorm8 x weight, signed),
