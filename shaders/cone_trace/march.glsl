@@ -11,7 +11,7 @@ uint march_turn(int step, uint variant) { return (uint(step) + variant * gather.
 void march_step(inout cone_result all, inout float through[KD_MAX_CONES], float t, uint i, float weight, vec4 v, float s, float falloff)
 {
     float lost = through[i] - cone_open_after(through[i], v, s), gained = weight * lost;
-    if (v.a > 0.0)
+    if (v.a * s > CONE_LEAST_DEPTH)
         all.radiance += gained * (v.rgb / v.a);
     all.occlusion += gained / (1.0 + falloff * t);
     all.transmittance -= gained;

@@ -162,6 +162,10 @@ float cone_open_after(float open, vec4 v, float s)
 #endif
 }
 
+// Depth of a step below which a sample is not asked for its light: what it closes is an error of rounding there, and light and
+// depth are filtered on their own, so that their quotient may be any number. Light that bounces would grow without end by that.
+const float CONE_LEAST_DEPTH = 1e-5;
+
 // v: what the sample at t gave.
 //
 // Interpolated matter begins half a cell in front of itself, and a ray that comes aslant would see a place too near by as much: so
@@ -169,7 +173,7 @@ float cone_open_after(float open, vec4 v, float s)
 void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_settings settings)
 {
     float open = cone_open_after(r.transmittance, v, s), gained = r.transmittance - open;
-    vec3 shown = v.a > 0.0 ? v.rgb / v.a : r.shown;
+    vec3 shown = v.a * s > CONE_LEAST_DEPTH ? v.rgb / v.a : r.shown;
     r.radiance += gained * shown + CONE_AHEAD * min(gained, r.gained) * (shown - r.shown);
     r.occlusion += gained / (1.0 + settings.falloff * t);
     r.shown = shown;

@@ -99,6 +99,35 @@ static void no_bounces_leave_what_shines(void **state)
     assert_double_near(mean(1, 0, "light.bounces=0", "2", "final") / (1 + ALBEDO), 1, 0.03);
 }
 
+/* Among many things that are small beside the voxels most samples meet next to nothing. What bounces there
+ * settles like everywhere: half of the frames later it is what it was. */
+static void light_does_not_grow_among_small_things(void **state)
+{
+    static const char field[] =
+        "kandil.scene { size = {64, 36}, fps = 24, settings = { ['voxels.span'] = 0.5 } }\n"
+        "local grey = { base_color = {0.8, 0.8, 0.8} }\n"
+        "kandil.spawn { mesh = { shape = 'plane', size = {600, 1, 600} }, material = grey }\n"
+        "for i = -10, 10 do\n"
+        "    for k = -10, 10 do\n"
+        "        kandil.spawn { mesh = { shape = 'torus', size = {6, 2, 6} }, material = grey,\n"
+        "                       transform = { position = {i * 9.3 + 0.37 * k, 2.3 + 0.1 * i, k * 8.7},\n"
+        "                                     rotation_deg = {13 * i, 29 * k, 7 * i} } }\n"
+        "    end\n"
+        "end\n"
+        "kandil.spawn { light = { type = 'directional', intensity = 3 }, transform = { look_at = {0.3, -1, "
+        "-0.4} } }\n"
+        "kandil.spawn { camera = { z_far = 1000 }, transform = { position = {2, 8, 40}, look_at = {0, 3, 0} "
+        "} }\n";
+    (void)state;
+    image_render(image_scenario("field.lua", "%s", field), "--frames", "32", "--view", "indirect", "--out",
+                 image_path("field_%02d.exr"));
+    image early = image_read("field_15.exr"), late = image_read("field_31.exr");
+    assert_double_above(image_mean_all(early), 0.05);
+    assert_double_near(image_mean_all(late), image_mean_all(early), 0.03 * image_mean_all(early));
+    image_free(&early);
+    image_free(&late);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -106,6 +135,7 @@ int main(void)
         cmocka_unit_test(light_grows_to_its_limit_and_not_beyond),
         cmocka_unit_test(light_leaves_with_its_lamp),
         cmocka_unit_test(no_bounces_leave_what_shines),
+        cmocka_unit_test(light_does_not_grow_among_small_things),
     };
     return cmocka_run_group_tests(tests, image_setup, image_teardown);
 }
