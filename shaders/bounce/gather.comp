@@ -22,14 +22,14 @@ vec3 to_side(vec3 v, int side)
 // What bounces is spread over all that it lights, so its cones go with longer steps than those of pixels; not where thin walls
 // must hold.
 #ifdef KD_LEAK_STRICT
-const float LONGER_STEPS = 1.0;
+const float LONGER_STEPS = 1.0, CLOSED = 0.0;
 #else
-const float LONGER_STEPS = 1.4;
+const float LONGER_STEPS = 1.4, CLOSED = 0.25;
 #endif
 
 vec3 gather(vec3 origin, int side, float span, uint variant)
 {
-    cone_settings settings = cone_settings(pass.cone.y, pass.cone.z, 0.0, 2.0, pass.far.x, CONE_CLOSED), longer = settings;
+    cone_settings settings = cone_settings(pass.cone.y, pass.cone.z, 0.0, 2.0, pass.far.x, CLOSED, 1.0), longer = settings;
     longer.step *= LONGER_STEPS;
     vec3 sum = vec3(0.0);
     int i = 0;

@@ -26,7 +26,7 @@ mat3 frame_round(vec3 n)
 
 cone_settings settings()
 {
-    return cone_settings(gather.cone.y, gather.cone.z, gather.light.y, 1.0, gather.light.w, CONE_CLOSED);
+    return cone_settings(gather.cone.y, gather.cone.z, gather.light.y, 1.0, gather.light.w, CONE_CLOSED, 1.0);
 }
 
 // One of a cone's rays, another for each variant: over and under the axis and on both sides of it, at the distance that has
@@ -104,9 +104,9 @@ vec3 trace_specular(vec3 place_ws, vec3 origin, surface s, vec3 view, float span
     float below = dot(direction, s.face_normal_ws);
     if (below < 0.05)
         direction = normalize(direction + (0.05 - below) * s.face_normal_ws);
-    // A narrow cone has far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through.
     cone_settings far = settings();
-    far.step *= 1.6;
+    far.step *= CONE_NARROW_STEP;
+    far.density = CONE_NARROW_DENSITY;
     far.far = 1.0;
     float tan_half = clamp(alpha, 0.03, 1.0);
     cone_result r = cone_trace(origin, direction, direction, tan_half, span, far);

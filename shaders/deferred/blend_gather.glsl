@@ -6,7 +6,7 @@
 
 layout(std140, binding = KD_BIND_PASS) uniform blend_block { kd_blend_params blend; };
 
-cone_settings blend_settings() { return cone_settings(blend.cone.y, blend.cone.z, blend.light.y, 1.0, blend.light.w, CONE_CLOSED); }
+cone_settings blend_settings() { return cone_settings(blend.cone.y, blend.cone.z, blend.light.y, 1.0, blend.light.w, CONE_CLOSED, 1.0); }
 
 float blend_span(surface s) { return tree_finest_edge(min(tree_cascade_at(s.position_ws, 0.5), tree_cascades() - 1)); }
 

@@ -21,8 +21,8 @@ const float CONE_SHARPNESS = 1.0;
 // look into the directions between.
 const float CONE_NEAR_WIDTH = 4.0;
 
-// A cone is closed by this share of a wall's depth: steps of up to 1.4 cells find 0.84 of a wall, others more.
-const float CONE_WALL = 0.85;
+// A cone is closed by this share of a wall's depth: steps of up to 1.4 cells find 0.84 of a wall at worst.
+const float CONE_WALL = 0.92;
 
 // What a cone of which less than CONE_CLOSED is open has met is taken for all of it: it ends in the wall that it came to, and does
 // not look for the rest in what lies behind. Leaves and the finest dense cells are denser: they reach over a voxel or two, so the
@@ -32,8 +32,12 @@ const float CONE_WALL = 0.85;
 #ifdef KD_LEAK_STRICT
 const float CONE_LEAST = 0.0001, CONE_DENSITY = 18.0 / FULL_DEPTH, CONE_NEAR_DENSITY = 1.0, CONE_CLOSED = 0.0, CONE_AHEAD = 0.0;
 #else
-const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0, CONE_NEAR_DENSITY = 2.0, CONE_CLOSED = 0.1, CONE_AHEAD = 1.0;
+const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0, CONE_NEAR_DENSITY = 2.0, CONE_CLOSED = 0.05, CONE_AHEAD = 1.0;
 #endif
+
+// Narrow cones have far to go: steps of 1.6 cells find 0.64 of a wall at worst, which its density makes up for.
+const float CONE_NARROW_STEP = 1.6, CONE_NARROW_DENSITY = 1.1;
+
 #ifdef KD_CONES_PAPER
 const int CONE_MOST_SAMPLES = 4096; // those of all cones
 #else
@@ -47,6 +51,7 @@ struct cone_settings {
     float least;        // least diameter, in voxels
     float far;          // width of the far part of the cone, of its opening; 1: a plain cone
     float closed;       // transmittance below which nothing gets through
+    float density;      // of matter: steps longer than cells find less of a wall
 };
 
 struct cone_result {
@@ -172,7 +177,7 @@ const float CONE_LEAST_DEPTH = 1e-5;
 // what a sample closed shows the radiance that the next one meets, as far as that closes as much.
 void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_settings settings)
 {
-    float open = cone_open_after(r.transmittance, v, s), gained = r.transmittance - open;
+    float open = cone_open_after(r.transmittance, v, s * settings.density), gained = r.transmittance - open;
     vec3 shown = v.a * s > CONE_LEAST_DEPTH ? v.rgb / v.a : r.shown;
     r.radiance += gained * shown + CONE_AHEAD * min(gained, r.gained) * (shown - r.shown);
     r.occlusion += gained / (1.0 + settings.falloff * t);

@@ -43,11 +43,10 @@ vec3 emitter_light(uint i, vec3 p_ws, vec3 n_ws)
     return e.power.rgb * (shown * cosine / (3.14159265 * d2 + e.power.w * shown));
 }
 
-// Narrow cones have far to go: steps of up to 1.6 cells, which no wall of depth 6 falls through, of cells of two
-// voxels at least.
+// Narrow cones have far to go: steps of up to 1.6 cells, of cells of two voxels at least.
 cone_settings emitter_settings(cone_settings of)
 {
-    return cone_settings(of.step * 1.6, of.max_distance, of.falloff, 4.0, 1.0, CONE_LEAST);
+    return cone_settings(of.step * CONE_NARROW_STEP, of.max_distance, of.falloff, 4.0, 1.0, CONE_LEAST, CONE_NARROW_DENSITY);
 }
 
 // Radius of a cone that covers as much as an emitter shows along `direction`: a flat one seen from its edge is thin, and what it

@@ -250,9 +250,9 @@ vec4 tree_sample_dense(int c, int mip, vec3 p_ws, vec3 direction)
     vec3 light = weight.x * tree_texel_radiance(t, back.x) + weight.y * tree_texel_radiance(t, 2.0 + back.y) +
                  weight.z * tree_texel_radiance(t, 4.0 + back.z);
     // Stored depths share an exponent: of so little of them light is not known.
-    const float LEAST_DEPTH = 0.02 * FULL_DEPTH;
+    const float LEAST_DEPTH = 0.04 * FULL_DEPTH;
     float depth = dot(weight, depths);
-    return depth < LEAST_DEPTH ? vec4(0.0) : vec4(light, depth);
+    return smoothstep(0.0, LEAST_DEPTH, depth) * vec4(light, depth);
 }
 
 // Is a value of this lod, in a place whose finest cascade is k (lod >= k), one of leaves or sparse nodes?

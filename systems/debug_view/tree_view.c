@@ -75,7 +75,7 @@ static void run(kd_system_context *context)
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     const kd_tree *tree = kd_singleton(context->world, kd_tree);
     const kd_svo *svo = kd_singleton(context->world, kd_svo);
-    bool sums = shows_attributes(frame) && frame->settings.view_level > 0;
+    bool sums = shows_attributes(frame) && (frame->settings.view_level > 0 || svo->given_up);
     debug_view_begin(context);
     const kd_tree_program *program = fit_programs(gpu, v, tree, frame->view == KD_VIEW_OCTREE, sums);
     if (!program)

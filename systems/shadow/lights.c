@@ -14,7 +14,7 @@ enum { LARGE_SPOTS = 4 };
 
 /* Nothing nearer casts a shadow: of what its light reaches, but no more than what the camera cuts off, so
  * that one thing far away takes no shadows from a room. Floats tell 2 cm from each other at 100 m then. */
-static const float SPOT_NEAR = 1.0f / 2048;
+static const float SPOT_NEAR = 1.0f / 2048, SPOT_LEAST_NEAR = 1e-5f; /* depths tell no more apart */
 static const float SPOT_MAX_TANGENT = 8; /* 83 degrees: wider cones keep an unshadowed rim */
 
 static struct kd_gl_vec4 row(kd_vec3 v, float w)
@@ -133,6 +133,7 @@ static void add_local_shadow(shadow_state *s, struct kd_light_params *p, const k
     float farthest = shadow_farthest(bounds, position) * 1.01f;
     float z_far = light->range > 0 ? fminf(light->range, farthest) : farthest;
     float z_near = view->z_near > 0 ? fminf(z_far * SPOT_NEAR, view->z_near) : z_far * SPOT_NEAR;
+    z_near = fmaxf(z_near, z_far * SPOT_LEAST_NEAR);
     float tangent = light->type == KD_POINT    ? 1
                     : light->outer_cone < 1.5f ? tanf(light->outer_cone)
                                                : SPOT_MAX_TANGENT;

@@ -15,7 +15,7 @@ static void settle_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_
     if (!pages->changed && svo->dynamic_room)
         return;
     uint32_t counted = svo_read_counter(gpu, svo, KD_COUNT_PARENTS);
-    uint32_t want = svo_parents_in_any_pose(svo->most_bytes, counted, pages->voxel_count);
+    uint32_t want = svo_parents_in_any_pose(svo->most_bytes, counted, svo_spread_voxels(pages));
     svo_reserve_dynamic(gpu, svo, want); /* if it fails, what there is has to do */
     svo->dynamic_room = svo->dynamic_capacity < want ? svo->dynamic_capacity : want;
     state->dynamic.wanted = svo->dynamic_room;

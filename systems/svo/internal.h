@@ -217,6 +217,13 @@ static inline uint32_t svo_most_slots(uint64_t bytes)
     return (uint32_t)(bytes / 8 < KD_BLOCK_FIRST ? bytes / 8 : KD_BLOCK_FIRST);
 }
 
+/** Voxels of a layer's pages as what may lie in one cell each: things smaller than a cell, a segment each,
+ * may lie across the corner of eight. */
+static inline uint64_t svo_spread_voxels(const kd_voxel_pages *pages)
+{
+    return pages->voxel_count + 7ull * pages->segment_count;
+}
+
 /** Room for a layer's leaf parents, kept until its members change. Surfaces share a fifth of a parent a voxel
  * in any pose, wires up to two, and what is counted now may lie on the lattice: twice the count covers that.
  */

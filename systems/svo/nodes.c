@@ -217,10 +217,13 @@ static void count_nodes(kd_gpu *gpu, svo_state *state, const kd_svo *svo,
 }
 
 /* Nodes of a level in any pose of what moves: a node a voxel of the leaf parents, half as many of each level
- * above, as wires have, and no more than the level has cells. */
-static uint64_t nodes_in_any_pose(const kd_svo *svo, uint32_t l, uint32_t counted, uint64_t moving_voxels)
+ * above, as wires have, seven more for each thing that may lie across the corner of eight, and no more than
+ * the level has cells. */
+static uint64_t nodes_in_any_pose(const kd_svo *svo, uint32_t l, uint32_t counted,
+                                  const kd_voxel_pages *moving)
 {
-    uint64_t want = counted + 1024ull + (moving_voxels >> (svo_levels(svo) - 1 - l));
+    uint64_t want =
+        counted + 1024ull + (moving->voxel_count >> (svo_levels(svo) - 1 - l)) + 7ull * moving->segment_count;
     uint64_t cells = svo->mask_words[l] * 32ull;
     return want < cells ? want : cells;
 }
@@ -234,7 +237,7 @@ static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_v
     bool more = false;
     state->nodes_asked = 0;
     for (uint32_t l = 0; l < svo_levels(svo); l++) {
-        uint64_t want = nodes_in_any_pose(svo, l, counted[l], scene->pages[KD_LAYER_DYNAMIC].voxel_count);
+        uint64_t want = nodes_in_any_pose(svo, l, counted[l], &scene->pages[KD_LAYER_DYNAMIC]);
         state->nodes_wanted[l] = want < most ? (uint32_t)want : most;
         state->nodes_asked = want > state->nodes_asked ? want : state->nodes_asked;
         bool grows = state->nodes_wanted[l] > svo->node_room[l];

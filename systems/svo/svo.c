@@ -106,6 +106,8 @@ static void prepare(kd_system_context *context)
         svo_destroy(context->gpu, svo);
         svo->failed = true;
     }
+    svo->again = false;
+    svo_allow(context->gpu, state, svo, settings->svo_memory); /* before what is sized by what is allowed */
     uint32_t fresh_words = scene->static_changed ? scene->stale_patch_count * 8 : 0;
     if (svo->uniform.id && svo_reserve_fresh(context->gpu, svo, fresh_words) != KD_OK) {
         kd_log(KD_LOG_ERROR, "octree: no memory to bring %u patches of cells in; there is no indirect light",
@@ -123,8 +125,6 @@ static void prepare(kd_system_context *context)
         svo_say_once(state, SVO_SAID_MOVING,
                      "octree: no memory for what moves; it stays dark; choose a smaller "
                      "voxels.resolution");
-    svo->again = false;
-    svo_allow(context->gpu, state, svo, settings->svo_memory);
     if (svo->uniform.id)
         svo_write_params(context->gpu, svo, scene);
 }

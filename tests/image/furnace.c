@@ -91,7 +91,7 @@ static const furnace plain_rooms[] = {
      "128",
      "3",
      "1",
-     0.025},
+     0.028},
     {"corner of a room",
      {2, 2, 2},
      {0, 0, 0},
