@@ -132,12 +132,18 @@ static void levels_come_back_with_room(void **state)
     uint32_t given_up = voxel_svo(&v)->given_up;
     assert_outermost_first(voxel_svo(&v));
     v.frame->settings.svo_memory = 100;
-    voxel_frame(&v);
+    kd_find_mut(whole.world, whole.camera, kd_transform)->position = (kd_vec3){0.7f, 1.5f, -0.4f};
+    kd_find_mut(v.world, v.camera, kd_transform)->position = (kd_vec3){0.7f, 1.5f, -0.4f};
+    voxel_frame(&whole);
+    voxel_frame(&v); /* more room, and all is stale, in one frame */
     assert_int_equal(voxel_svo(&v)->given_up, 0);
     assert_same_dense_cells(&whole, &v);
     double depth = depth_of(&whole);
     assert_true(fabs(depth_of(&v) - depth) < 1e-9 * depth);
     v.frame->settings.svo_memory = 3;
+    kd_find_mut(whole.world, whole.camera, kd_transform)->position = (kd_vec3){0, 1, 0.2f};
+    kd_find_mut(v.world, v.camera, kd_transform)->position = (kd_vec3){0, 1, 0.2f};
+    voxel_frame(&whole);
     voxel_frame(&v);
     assert_int_equal(voxel_svo(&v)->given_up, given_up);
     assert_same_dense_cells(&whole, &v);
