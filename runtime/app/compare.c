@@ -86,6 +86,10 @@ kd_status app_compare_run(const app_options *o)
                        o->subject);
     if (!is_picture(o->second))
         return kd_fail(KD_USAGE, "%s: unknown kind of picture; give an .exr or .png file", o->second);
+    if (o->report)
+        return kd_fail(KD_USAGE,
+                       "--report is for techniques of a scene; give --html FILE or --json FILE with two "
+                       "pictures");
     kd_status status = settings_of(o, &settings);
     if (status != KD_OK)
         return status;

@@ -185,6 +185,9 @@ static void commands_refuse_what_they_cannot_do(void **state)
     expect_code(image_kandil("reference", scene, "--out", image_path("no/folder/x.exr")), 1);
     expect_code(image_kandil("compare", image_path("a.exr")), 2);
     expect_message("second picture");
+    expect_code(
+        image_kandil("compare", image_path("a.exr"), image_path("b.exr"), "--report", image_path("r")), 2);
+    expect_message("--html");
     expect_code(image_kandil("compare", image_path("a.exr"), image_path("b.exr")), 1);
     expect_message("a.exr");
     expect_code(image_kandil("reference", scene, "--size", "8x8", "--spp", "1", "--out", image_path("a.exr"),
