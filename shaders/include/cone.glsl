@@ -1,7 +1,6 @@
 // Tracing one cone through the octree, front to back, as emission and absorption: over a step of length s through matter of
 // optical depth d per metre and radiance S what is open of it, T, becomes T' (open_after in tree_node.glsl), and the light gained
 // is (T - T') S.
-
 //
 // Programs may be compiled for other forms of sampling: KD_CONES_QUADRILINEAR interpolates between levels too, KD_CONES_PAPER
 // takes the sample before for the other level; shaders/cone_trace/march.glsl has what else it means.
@@ -21,7 +20,8 @@ const float CONE_SHARPNESS = 1.0;
 // look into the directions between.
 const float CONE_NEAR_WIDTH = 4.0;
 
-// A cone is closed by this share of a wall's depth: steps of up to 1.4 cells find 0.84 of a wall at worst.
+// A cone is closed by this share of a wall's depth: what is found of a wall depends on where samples fall, as little as 0.84 where
+// steps are 1.4 cells. A smaller share loses less light through walls, and closes more of what is half open.
 const float CONE_WALL = 0.92;
 
 // What a cone of which less than CONE_CLOSED is open has met is taken for all of it: it ends in the wall that it came to, and does
@@ -35,7 +35,8 @@ const float CONE_LEAST = 0.0001, CONE_DENSITY = 18.0 / FULL_DEPTH, CONE_NEAR_DEN
 const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0, CONE_NEAR_DENSITY = 2.0, CONE_CLOSED = 0.05, CONE_AHEAD = 1.0;
 #endif
 
-// Narrow cones have far to go: steps of 1.6 cells find 0.64 of a wall at worst, which its density makes up for.
+// Narrow cones have far to go: longer steps, which find less of a wall, so matter is denser; denser still, and panels thinner than
+// a voxel would take the light of what they carry.
 const float CONE_NARROW_STEP = 1.6, CONE_NARROW_DENSITY = 1.1;
 
 #ifdef KD_CONES_PAPER

@@ -5,7 +5,7 @@
 // everything that is interpolated is (tau S, tau), and a wall has its whole depth at every offset.
 //
 // A ray ends when it has gone through the depth of a covered cell. What is left of it is exp(-tau) less the share that it would
-// have then, so nothing gets through a wall, and half a cell stops half of the rays.
+// have then: nothing gets through a wall, and the parts of one add up to it.
 //
 // Depth has six directions: matter stops a ray that meets its front side. A ray that leaves a surface does not see the cells
 // of that surface, however coarse they are; without this a wide cone shadows itself at every level.

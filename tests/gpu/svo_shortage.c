@@ -6,6 +6,11 @@
 enum { CASCADES = 3, FINE = 256, COARSE = 128, LEVELS_BACK_AFTER = 65 };
 
 /* A room that all cascades see, with things in it, one of which moves from the second frame on. */
+static void look_from(voxel_world *v, kd_vec3 at)
+{
+    kd_find_mut(v->world, v->camera, kd_transform)->position = at;
+}
+
 static voxel_world open_room(uint32_t resolution, int32_t memory, kd_entity *walker)
 {
     voxel_world v = voxel_open((voxel_options){
@@ -13,7 +18,7 @@ static voxel_world open_room(uint32_t resolution, int32_t memory, kd_entity *wal
     v.frame->settings.svo_memory = memory;
     voxel_load(&v, "samples/assets/cornell.gltf", voxel_at(0, 0, 0));
     *walker = voxel_shape(&v, KD_SHAPE_SPHERE, (kd_vec3){0.5f, 0.5f, 0.5f}, NULL, voxel_at(0.1f, 1, 0.1f));
-    kd_find_mut(v.world, v.camera, kd_transform)->position = (kd_vec3){0, 1, 0.2f};
+    look_from(&v, (kd_vec3){0, 1, 0.2f});
     return v;
 }
 
@@ -108,8 +113,8 @@ static void nothing_is_missing_while_things_move(void **state)
     kd_entity moves, other;
     voxel_world whole = open_room(FINE, 0, &moves), v = open_room(FINE, 3, &other);
     for (int i = 0; i < 4; i++) {
-        kd_find_mut(whole.world, whole.camera, kd_transform)->position.x = 0.2f * (float)i;
-        kd_find_mut(v.world, v.camera, kd_transform)->position.x = 0.2f * (float)i;
+        look_from(&whole, (kd_vec3){0.2f * (float)i, 1, 0.2f});
+        look_from(&v, (kd_vec3){0.2f * (float)i, 1, 0.2f});
         move(&whole, moves, 0.1f * (float)i);
         move(&v, other, 0.1f * (float)i);
         assert_outermost_first(voxel_svo(&v));
@@ -132,8 +137,8 @@ static void levels_come_back_with_room(void **state)
     uint32_t given_up = voxel_svo(&v)->given_up;
     assert_outermost_first(voxel_svo(&v));
     v.frame->settings.svo_memory = 100;
-    kd_find_mut(whole.world, whole.camera, kd_transform)->position = (kd_vec3){0.7f, 1.5f, -0.4f};
-    kd_find_mut(v.world, v.camera, kd_transform)->position = (kd_vec3){0.7f, 1.5f, -0.4f};
+    look_from(&whole, (kd_vec3){0.7f, 1.5f, -0.4f});
+    look_from(&v, (kd_vec3){0.7f, 1.5f, -0.4f});
     voxel_frame(&whole);
     voxel_frame(&v); /* more room, and all is stale, in one frame */
     assert_int_equal(voxel_svo(&v)->given_up, 0);
@@ -141,8 +146,8 @@ static void levels_come_back_with_room(void **state)
     double depth = depth_of(&whole);
     assert_true(fabs(depth_of(&v) - depth) < 1e-9 * depth);
     v.frame->settings.svo_memory = 3;
-    kd_find_mut(whole.world, whole.camera, kd_transform)->position = (kd_vec3){0, 1, 0.2f};
-    kd_find_mut(v.world, v.camera, kd_transform)->position = (kd_vec3){0, 1, 0.2f};
+    look_from(&whole, (kd_vec3){0, 1, 0.2f});
+    look_from(&v, (kd_vec3){0, 1, 0.2f});
     voxel_frame(&whole);
     voxel_frame(&v);
     assert_int_equal(voxel_svo(&v)->given_up, given_up);
