@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "components/frame.h"
 #include "components/transform.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/sky.h"
@@ -24,6 +25,7 @@ static void release_images(void *value, void *user)
     for (uint32_t i = 0; i < images->count; i++)
         free((void *)(uintptr_t)images->maps[i].rgb);
     free(images->maps);
+    free(images->suns);
     *images = (kd_sky_images){0};
 }
 
@@ -44,13 +46,60 @@ uint32_t kd_sky_add_image(kd_world *w, kd_sky_map map)
 {
     kd_sky_images *images = kd_singleton(w, kd_sky_images);
     kd_sky_map *maps = realloc(images->maps, (images->count + 1) * sizeof *maps);
-    if (maps == NULL) {
+    images->maps = maps != NULL ? maps : images->maps;
+    kd_sky_sun *suns = realloc(images->suns, (images->count + 1) * sizeof *suns);
+    images->suns = suns != NULL ? suns : images->suns;
+    if (maps == NULL || suns == NULL) {
         free((void *)(uintptr_t)map.rgb);
         return 0;
     }
-    images->maps = maps;
     maps[images->count] = map;
+    suns[images->count] = (kd_sky_sun){0};
     return ++images->count;
+}
+
+void kd_sky_find_sun(kd_world *w, uint32_t image)
+{
+    kd_sky_images *images = kd_singleton(w, kd_sky_images);
+    if (image > 0 && image <= images->count)
+        kd_sky_sun_find(&images->maps[image - 1], &images->suns[image - 1]);
+}
+
+const kd_sky_sun *kd_sky_sun_of(kd_world *w, const kd_sky *sky)
+{
+    const kd_sky_images *images = kd_singleton(w, kd_sky_images);
+    if (sky->image == 0 || sky->image > images->count)
+        return NULL;
+    const kd_sky_sun *sun = &images->suns[sky->image - 1];
+    return kd_vec3_dot(sun->direction, sun->direction) > 0 ? sun : NULL;
+}
+
+/* Lights shine along -Z: +Z looks at the sun. */
+static kd_mat4 looking_along(kd_vec3 z)
+{
+    kd_vec3 hint = z.y * z.y < 0.8f ? (kd_vec3){0, 1, 0} : (kd_vec3){1, 0, 0};
+    kd_vec3 x = kd_vec3_normalize(kd_vec3_cross(hint, z), (kd_vec3){1, 0, 0}), y = kd_vec3_cross(z, x);
+    return (kd_mat4){{x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, 0, 0, 0, 1}};
+}
+
+bool kd_sky_sun_light(kd_world *w, kd_query *skies, kd_light *light, kd_mat4 *world)
+{
+    kd_sky sky;
+    kd_mat4 turned;
+    kd_vec3 rows[3];
+    if (!kd_singleton(w, kd_frame)->settings.light_sky_sun || !kd_sky_pick(skies, &sky, &turned))
+        return false;
+    const kd_sky_sun *sun = kd_sky_sun_of(w, &sky);
+    if (sun == NULL || !(sky.intensity > 0))
+        return false;
+    kd_sky_rows(&turned, rows);
+    kd_vec3 d = sun->direction;
+    *light = (kd_light){.type = KD_DIRECTIONAL, .color = sun->irradiance, .intensity = sky.intensity};
+    *world = looking_along(
+        kd_vec3_normalize(kd_vec3_add(kd_vec3_scale(rows[0], d.x),
+                                      kd_vec3_add(kd_vec3_scale(rows[1], d.y), kd_vec3_scale(rows[2], d.z))),
+                          (kd_vec3){0, 1, 0}));
+    return true;
 }
 
 bool kd_sky_pick(kd_query *query, kd_sky *sky, kd_mat4 *world)

@@ -1,7 +1,9 @@
 #ifndef KD_COMPONENTS_SKY_H
 #define KD_COMPONENTS_SKY_H
 
+#include "components/light.h"
 #include "components/sky_map.h"
+#include "components/sky_sun.h"
 #include "runtime/ecs/query.h"
 #include "runtime/ecs/world.h"
 #include "runtime/gpu/gpu.h"
@@ -20,6 +22,7 @@ KD_COMPONENT_DECLARE(kd_sky); /* default: a clear day's blue, factor 1 */
 typedef struct kd_sky_images {
     uint32_t count;
     kd_sky_map *maps;
+    kd_sky_sun *suns; /* beside them; zero where none was looked for or found */
 } kd_sky_images;
 KD_COMPONENT_DECLARE(kd_sky_images);
 
@@ -27,11 +30,19 @@ KD_COMPONENT_DECLARE(kd_sky_images);
  * and the texels are freed. */
 uint32_t kd_sky_add_image(kd_world *w, kd_sky_map map);
 
+/** Look for the sun of a picture, which then shines as a light (kd_sky_sun_light). */
+void kd_sky_find_sun(kd_world *w, uint32_t image);
+
 /** Get the sky that is used among those that a query of (kd_sky, kd_world_transform) finds. Returns false
  * when there is none. */
 bool kd_sky_pick(kd_query *query, kd_sky *sky, kd_mat4 *world);
 /** The sky's picture, or its gradient, drawn into `gradient` (3 floats for each texel of such a map). */
 kd_sky_map kd_sky_map_of(kd_world *w, const kd_sky *sky, float *gradient);
+/** The sun of the sky that is used as a directional light and its world transform. Returns false when it has
+ * none or the setting light.sky_sun is off. */
+bool kd_sky_sun_light(kd_world *w, kd_query *skies, kd_light *light, kd_mat4 *world);
+/** The sun in the sky's picture, or NULL. */
+const kd_sky_sun *kd_sky_sun_of(kd_world *w, const kd_sky *sky);
 /** Rows of the rotation that takes directions of the world to the map's. */
 void kd_sky_rows(const kd_mat4 *world, kd_vec3 rows[3]);
 

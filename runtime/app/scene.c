@@ -124,6 +124,7 @@ static kd_status load_sky(kd_world *w, const char *path, uint32_t *out)
                        path, (unsigned)(SKY_BYTES_MAX >> 20));
     }
     *out = kd_sky_add_image(w, (kd_sky_map){image.width, image.height, image.rgb});
+    kd_sky_find_sun(w, *out);
     return *out ? KD_OK : kd_fail(KD_NO_MEMORY, "%s: no memory for it; use a smaller picture", path);
 }
 

@@ -126,6 +126,8 @@ typedef enum kd_setting_type {
     X(F32, ao, intensity, 1, 0, 10, NULL, NULL, "strength of ambient occlusion")                             \
     X(BOOL, specular, cones, true, 0, 1, NULL, NULL, "trace a reflection cone by roughness")                 \
     X(F32, light, ambient, 0, 0, 1e6, NULL, "W/(sr m^2)", "radiance of a white sky")                         \
+    X(BOOL, light, sky_sun, true, 0, 1, NULL, NULL,                                                          \
+      "the sun in a sky's picture shines as a directional light, with shadows")                              \
     X(I32, light, shadow_size, 2048, 64, 8192, NULL, "texels",                                               \
       "edge of a directional shadow map; local lights have a half or a quarter")                             \
     X(I32, light, shadow_cascades, 3, 1, 4, NULL, NULL, "shadow maps of a directional light")                \

@@ -166,7 +166,7 @@ kd_status kd_bounce_import(kd_schedule *s)
                .where = KD_ON_GPU,
                .components = {KD_USES(kd_svo), KD_USES(kd_frame), KD_USES(kd_voxel_scene),
                               KD_USES(kd_scene_store), KD_USES(kd_light), KD_USES(kd_world_transform),
-                              KD_USES(kd_sky), KD_CHANGES(kd_bounce)},
+                              KD_USES(kd_sky), KD_USES(kd_sky_images), KD_CHANGES(kd_bounce)},
                .resources = {{"bounce", KD_USE_COPY_WRITE}},
                .run_if = kd_frame_needs_voxels,
                .no_commands = true,

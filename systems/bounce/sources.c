@@ -67,7 +67,7 @@ static void add_lamps(light_sources *s, float width)
     }
 }
 
-static void add_skies(light_sources *s, const kd_frame *frame, float width)
+static void add_skies(light_sources *s, kd_world *w, const kd_frame *frame, float width)
 {
     float area = PI * 6 * width * width;
     add(s, key_of(KIND_AMBIENT, KD_NO_ENTITY, 0), frame->settings.light_ambient * area, (kd_vec3){0});
@@ -80,6 +80,11 @@ static void add_skies(light_sources *s, const kd_frame *frame, float width)
                 (kd_vec3){0});
         }
     }
+    kd_light sun;
+    kd_mat4 at;
+    if (kd_sky_sun_light(w, s->skies, &sun, &at))
+        add(s, key_of(KIND_SKY, KD_NO_ENTITY, 0), luminance(sun.color) * sun.intensity * width * width,
+            kd_vec3_scale((kd_vec3){at.m[8], at.m[9], at.m[10]}, width));
 }
 
 static void add_glowing(light_sources *s, const kd_voxel_scene *scene, const kd_scene_store *store)
@@ -183,7 +188,7 @@ bool light_sources_jumped(light_sources *s, kd_world *world)
     const kd_voxel_scene *scene = kd_singleton(world, kd_voxel_scene);
     float width = scene->span_m * (float)scene->resolution;
     add_lamps(s, width);
-    add_skies(s, kd_singleton(world, kd_frame), width);
+    add_skies(s, world, kd_singleton(world, kd_frame), width);
     if (scene->brightest_emission > 0)
         add_glowing(s, scene, kd_singleton(world, kd_scene_store));
     if (s->now_count > 1) /* an empty list has no address, and qsort takes none */
@@ -200,7 +205,8 @@ kd_status light_sources_init(light_sources *s, kd_world *world)
     s->lights =
         kd_query_make(world, &(kd_query_desc){.terms = {KD_READ(kd_light), KD_READ(kd_world_transform)},
                                               .name = "bounce.lights"});
-    s->skies = kd_query_make(world, &(kd_query_desc){.terms = {KD_READ(kd_sky)}, .name = "bounce.skies"});
+    s->skies = kd_query_make(world, &(kd_query_desc){.terms = {KD_READ(kd_sky), KD_READ(kd_world_transform)},
+                                                     .name = "bounce.skies"});
     return s->lights && s->skies ? KD_OK
                                  : kd_fail(KD_NO_MEMORY, "bounce: no memory for its queries; free some");
 }

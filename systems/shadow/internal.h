@@ -7,6 +7,7 @@
 #include "components/light.h"
 #include "components/render_targets.h"
 #include "components/scene_store.h"
+#include "components/sky.h"
 #include "components/camera.h"
 #include "components/deform.h"
 #include "components/frame.h"
@@ -83,7 +84,7 @@ typedef struct shadow_pose {
 typedef struct shadow_state {
     struct kd_lights_params lights;
     struct kd_view_params view;
-    kd_query *query;
+    kd_query *query, *skies;
     shadow_layer layers[SHADOW_MAX_LAYERS];
     uint32_t layer_count, directional_layers, spot_layers;
     uint32_t directional_edge, spot_edge; /* pixels */

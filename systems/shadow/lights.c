@@ -176,6 +176,16 @@ static void add_lights(shadow_state *s, bool directional, const kd_view *view, c
     }
 }
 
+/* The sun of a sky's picture comes after the directional lights of the scene. */
+static void add_sky_sun(shadow_state *s, kd_world *w, const kd_view *view, const kd_frame *frame,
+                        const shadow_bounds *bounds)
+{
+    kd_light light;
+    kd_mat4 world;
+    if (kd_sky_sun_light(w, s->skies, &light, &world))
+        add_light(s, &light, &world, view, frame, bounds);
+}
+
 static uint32_t count_ranged(const shadow_state *s, uint32_t first)
 {
     uint32_t count = 0;
@@ -221,6 +231,7 @@ void shadow_lights_run(kd_system_context *context)
     begin_lights(s, frame);
     fill_view(s, view, frame, &bounds);
     add_lights(s, true, view, frame, &bounds);
+    add_sky_sun(s, w, view, frame, &bounds);
     lighting->directional_count = s->lights.count.x;
     float lamp = kd_lamp_size(kd_vec3_length(kd_vec3_sub(bounds.high, bounds.low)));
     s->lights.kinds = (struct kd_gl_vec4){(float)s->lights.count.x, fmaxf(lamp * lamp, 1e-20f), 0, 0};
@@ -243,9 +254,14 @@ kd_status shadow_lights_init(kd_system_context *context)
     s->query = kd_query_make(
         context->world,
         &(kd_query_desc){.terms = {KD_READ(kd_light), KD_READ(kd_world_transform)}, .name = "lights"});
-    if (s->query == NULL) {
+    s->skies = kd_query_make(
+        context->world,
+        &(kd_query_desc){.terms = {KD_READ(kd_sky), KD_READ(kd_world_transform)}, .name = "lights.skies"});
+    if (s->query == NULL || s->skies == NULL) {
+        kd_query_destroy(s->query);
+        kd_query_destroy(s->skies);
         free(s);
-        return kd_fail(KD_NO_MEMORY, "lights: no memory for their query; free some");
+        return kd_fail(KD_NO_MEMORY, "lights: no memory for their queries; free some");
     }
     kd_singleton(context->world, kd_lighting)->internal = s;
     return KD_OK;
@@ -258,6 +274,7 @@ void shadow_lights_fini(kd_system_context *context)
     if (s == NULL)
         return;
     kd_query_destroy(s->query);
+    kd_query_destroy(s->skies);
     free(s->args.items);
     free(s->runs.items);
     free(s->casters.items);

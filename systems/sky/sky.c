@@ -19,8 +19,9 @@ enum { CONE_HALVES = KD_SKY_LAYERS * KD_SKY_EDGE * KD_SKY_EDGE * 4 };
 
 typedef struct sky_state {
     kd_query *query;
-    bool shows;   /* textures of a sky are there */
-    kd_sky shown; /* whose they are, whatever its factor */
+    bool shows;             /* textures of a sky are there */
+    kd_sky shown;           /* whose they are, whatever its factor */
+    bool shown_without_sun; /* by the means over cones */
     float gradient[KD_SKY_GRADIENT_WIDTH * KD_SKY_GRADIENT_HEIGHT * 3];
     uint16_t cones[CONE_HALVES];
     uint64_t bytes_moved;
@@ -80,10 +81,25 @@ static void show_nothing(kd_gpu *gpu, sky_state *s, kd_sky_light *light)
     s->shows = false;
 }
 
-static void show(kd_system_context *context, sky_state *s, kd_sky_light *light, const kd_sky *sky)
+/* Means of a sky whose sun is a light of its own are of all the rest. */
+static bool make_means(const kd_sky_map *map, const kd_sky_sun *sun, uint16_t *out)
+{
+    if (sun == NULL)
+        return sky_cones_make(map, out);
+    float *rest = malloc((size_t)map->width * map->height * 3 * sizeof *rest);
+    if (rest == NULL)
+        return false;
+    kd_sky_sun_remove(map, sun, rest);
+    bool made = sky_cones_make(&(kd_sky_map){map->width, map->height, rest}, out);
+    free(rest);
+    return made;
+}
+
+static void show(kd_system_context *context, sky_state *s, kd_sky_light *light, const kd_sky *sky,
+                 const kd_sky_sun *sun)
 {
     kd_sky_map map = kd_sky_map_of(context->world, sky, s->gradient);
-    if (!sky_cones_make(&map, s->cones)) {
+    if (!make_means(&map, sun, s->cones)) {
         kd_fail(KD_NO_MEMORY, "sky: no memory for its means over cones; use a smaller picture");
         return;
     }
@@ -92,6 +108,7 @@ static void show(kd_system_context *context, sky_state *s, kd_sky_light *light, 
     s->bytes_moved = sizeof s->cones + (uint64_t)map.width * map.height * 8;
     s->shows = true;
     s->shown = *sky;
+    s->shown_without_sun = sun != NULL;
 }
 
 /* Of a picture the colours do not count. */
@@ -107,13 +124,15 @@ static void sky_run(kd_system_context *context)
 {
     sky_state *s = context->user;
     kd_sky_light *light = kd_singleton(context->world, kd_sky_light);
-    float ambient = kd_singleton(context->world, kd_frame)->settings.light_ambient;
+    const kd_settings *settings = &kd_singleton(context->world, kd_frame)->settings;
+    float ambient = settings->light_ambient;
     kd_sky sky = {.intensity = 0};
     kd_mat4 world = KD_MAT4_IDENTITY;
     bool there = kd_sky_pick(s->query, &sky, &world);
+    const kd_sky_sun *sun = there && settings->light_sky_sun ? kd_sky_sun_of(context->world, &sky) : NULL;
     s->bytes_moved = 0;
-    if (there && !(s->shows && looks_alike(&sky, &s->shown)))
-        show(context, s, light, &sky);
+    if (there && !(s->shows && looks_alike(&sky, &s->shown) && s->shown_without_sun == (sun != NULL)))
+        show(context, s, light, &sky, sun);
     else if (!there && (s->shows || light->map.id == 0))
         show_nothing(context->gpu, s, light);
     kd_vec3 rows[3];

@@ -9,7 +9,9 @@
 #include "components/frame.h"
 #include "components/light.h"
 #include "components/scene_store.h"
+#include "components/sky.h"
 #include "components/svo.h"
+#include "components/transform.h"
 #include "runtime/core/log.h"
 #include "systems/voxel_pages/light_unit.h"
 #include "systems/voxel_pages/object_params.h"
@@ -24,7 +26,7 @@ typedef struct pages_state {
     page_layer layers[KD_LAYER_COUNT];
     page_list ids; /* ids of an object's segments: kd_voxel_object.first_segment points here */
     object_params params;
-    kd_query *lights;
+    kd_query *lights, *skies;
 } pages_state;
 
 static uint32_t take_id(page_layer *layer)
@@ -191,7 +193,7 @@ static void run(kd_system_context *context)
     }
     float before = scene->brightest_emission;
     scene->brightest_emission = brightest_emission(store, kd_singleton(context->world, kd_draw_list));
-    scene->stored_unit = stored_unit(state->lights, scene->brightest_emission);
+    scene->stored_unit = stored_unit(context->world, state->lights, state->skies, scene->brightest_emission);
     if (before != scene->brightest_emission)
         stale_add_all(&state->stale, scene);
     object_params_upload(&state->params, context->gpu, store, scene, &state->stale);
@@ -223,7 +225,10 @@ static kd_status init(kd_system_context *context)
     pages_state *state = context->user;
     state->lights = kd_query_make(
         context->world, &(kd_query_desc){.terms = {KD_READ(kd_light)}, .name = "voxel_pages.lights"});
-    if (!state->lights)
+    state->skies = kd_query_make(context->world,
+                                 &(kd_query_desc){.terms = {KD_READ(kd_sky), KD_READ(kd_world_transform)},
+                                                  .name = "voxel_pages.skies"});
+    if (!state->lights || !state->skies)
         return KD_NO_MEMORY;
     return page_programs_init(&state->programs, context->gpu);
 }
@@ -233,6 +238,7 @@ static void fini(kd_system_context *context)
     pages_state *state = context->user;
     kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
     kd_query_destroy(state->lights);
+    kd_query_destroy(state->skies);
     page_programs_fini(&state->programs, context->gpu);
     kd_gpu_buffer stale[] = {scene->stale, scene->stale_boxes};
     for (size_t i = 0; i < sizeof stale / sizeof *stale; i++)
@@ -276,7 +282,8 @@ kd_status kd_voxel_pages_import(kd_schedule *s)
                .phase = KD_PHASE_VOXEL_IO,
                .where = KD_ON_GPU,
                .components = {KD_CHANGES(kd_voxel_scene), KD_USES(kd_scene_store), KD_USES(kd_frame),
-                              KD_USES(kd_draw_list), KD_USES(kd_light)},
+                              KD_USES(kd_draw_list), KD_USES(kd_light), KD_USES(kd_sky),
+                              KD_USES(kd_sky_images), KD_USES(kd_world_transform)},
                .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
                              {"voxels.cache", KD_USE_STORAGE_READ},
                              {"voxels.stale", KD_USE_COPY_WRITE},
