@@ -5,19 +5,14 @@ layout(local_size_x = 64) in;
 #include "shaders/include/emitters.glsl"
 #include "shaders/include/sky.glsl"
 #include "shaders/include/bounce.glsl"
+#include "shaders/include/frame.glsl"
 #include "shaders/include/morton.glsl"
 #include "shaders/include/work_list.glsl"
 #include "shaders/bounce/side_item.glsl"
+#include "shaders/bounce/side_place.glsl"
 
 layout(std140, binding = KD_BIND_PASS) uniform pass_block { kd_bounce_params pass; };
 layout(std430, binding = 1) writeonly buffer bounce_block { uint entries[]; };
-
-// Axes x, y, z to a frame whose z is the side's normal.
-vec3 to_side(vec3 v, int side)
-{
-    vec3 turned = side < 2 ? v.zxy : side < 4 ? v.yzx : v;
-    return (side & 1) == 0 ? turned : -turned;
-}
 
 // What bounces is spread over all that it lights, so its cones go with longer steps than those of pixels; not where thin walls
 // must hold.
@@ -27,20 +22,24 @@ const float LONGER_STEPS = 1.0, CLOSED = 0.0;
 const float LONGER_STEPS = 1.4, CLOSED = 0.25;
 #endif
 
-vec3 gather(vec3 origin, int side, float span, uint variant)
+// Voxels between the surface and where its cones start.
+const float LIFT = 1.5;
+
+vec3 gather(side_place place, float span, uint variant)
 {
     cone_settings settings = cone_settings(pass.cone.y, pass.cone.z, 0.0, 2.0, pass.far.x, CLOSED, 1.0), longer = settings;
     longer.step *= LONGER_STEPS;
-    vec3 sum = vec3(0.0);
+    vec3 sum = vec3(0.0), origin = place.p_ws + (LIFT * span) * place.normal;
+    mat3 frame = frame_round(place.normal);
     int i = 0;
     do {
         vec4 cone = pass.cones[KD_CONE_SETS * i + int(variant)];
-        vec3 direction = to_side(cone.xyz, side);
+        vec3 direction = frame * cone.xyz;
         cone_result r = cone_trace_wide(origin, direction, direction, pass.cone.x, 0.25 * span, longer);
         sum += cone.w * (r.radiance + r.transmittance * (pass.cone.w * tree.light.y) * sky_cone(direction, pass.cone.x * pass.far.x));
     } while (++i < KD_BOUNCE_CONES);
-    vec3 normal = to_side(vec3(0.0, 0.0, 1.0), side);
-    return sum + tree.light.y * emitters_light(sum * tree.light.z, origin, origin, normal, 0.25 * span, 0.1, 1u, variant, emitter_settings(settings));
+    return sum + tree.light.y * emitters_light(sum * tree.light.z, place.p_ws, origin, place.normal, 0.25 * span, 0.1, 1u, variant,
+                                               emitter_settings(settings));
 }
 
 void main()
@@ -51,9 +50,8 @@ void main()
     int side = side_item_side(item);
     ivec3 cell = dense_unwrap(cascade, morton_decode(code & ((1u << (3 * KD_DENSE_LOG2)) - 1u)));
     ivec3 world_cell = bounce_world_cell(cascade, cell);
-    float span = tree_finest_edge(int(cascade)), edge = tree.cascade[cascade].w * float(tree.info.y / KD_DENSE);
-    vec3 centre = tree.cascade[cascade].xyz + (vec3(cell) + 0.5) * edge;
     uint variant = uint(world_cell.x + world_cell.y + world_cell.z) & 3u;
-    vec3 light = gather(centre + to_side(vec3(0.0, 0.0, 0.5 * edge + span), side), side, span, variant);
+    vec3 axis = vec3(equal(ivec3(side >> 1), ivec3(0, 1, 2))) * ((side & 1) == 0 ? 1.0 : -1.0);
+    vec3 light = gather(side_place_of(int(cascade), cell, axis), tree_finest_edge(int(cascade)), variant);
     entries[bounce_first_entry(cascade, world_cell) + uint(side)] = rgb9e5_pack(light);
 }

@@ -6,6 +6,7 @@
 #include "shaders/shared/gather.h"
 #include "shaders/include/gbuffer.glsl"
 #include "shaders/include/sky.glsl"
+#include "shaders/include/frame.glsl"
 
 layout(std140, binding = KD_BIND_PASS) uniform gather_block { kd_gather_params gather; };
 #include "shaders/cone_trace/count.glsl"
@@ -15,14 +16,6 @@ void count_emitter_cone(int samples) { count_cone(KD_MAX_CONES + 1, samples); }
 
 layout(binding = 0, rgba16f) writeonly uniform image2D diffuse_out;
 layout(binding = 1, rgba16f) writeonly uniform image2D specular_out;
-
-// A frame round n, without a seam where n.z changes sign (Duff et al. 2017, listing 3).
-mat3 frame_round(vec3 n)
-{
-    float s = n.z >= 0.0 ? 1.0 : -1.0;
-    float a = -1.0 / (s + n.z), b = n.x * n.y * a;
-    return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
-}
 
 cone_settings settings()
 {
