@@ -16,10 +16,11 @@ typedef struct script_budget {
     size_t memory_used, memory_limit;
     uint64_t allocations; /* ever made */
     int64_t instructions_left;
-    int64_t unlooked; /* charged since the last look at the clock */
-    uint64_t deadline_ns;
-    uint64_t loading_ns; /* by which the deadline was put off for what was read */
-    bool exhausted;      /* instructions or time: stays set until the next call */
+    int64_t unlooked;           /* charged since the last look at the clock */
+    uint64_t deadline_ns;       /* before this moment it cannot be over its time */
+    int64_t thread_deadline_ns; /* and it is when the thread has used so much of a processor */
+    uint64_t loading_ns;        /* by which both were put off for what was read */
+    bool exhausted;             /* instructions or time: stays set until the next call */
     bool over_memory;
     script_pool pool;
 } script_budget;

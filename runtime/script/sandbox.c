@@ -81,13 +81,21 @@ static void raise_exhausted(lua_State *L, int level)
     lua_error(L);
 }
 
+/* A busy machine may give the script no processor for a while: that is none of its time. Processor time costs
+ * a system call to read, and cannot have run out before that of the wall has. */
+static bool is_over_time(const script_budget *budget)
+{
+    return kd_clock_ns() >= budget->deadline_ns &&
+           (int64_t)kd_clock_thread_ns() >= budget->thread_deadline_ns;
+}
+
 static void count_hook(lua_State *L, lua_Debug *activation)
 {
     (void)activation;
     script_budget *budget = &script_of(L)->budget;
     budget->instructions_left -= HOOK_PERIOD;
     budget->exhausted = budget->exhausted || script_is_stopped(script_of(L));
-    if (!budget->exhausted && budget->instructions_left > 0 && kd_clock_ns() < budget->deadline_ns)
+    if (!budget->exhausted && budget->instructions_left > 0 && !is_over_time(budget))
         return;
     budget->exhausted = true;
     lua_sethook(L, count_hook, LUA_MASKCOUNT, 1);
@@ -100,7 +108,7 @@ void script_look(lua_State *L)
     script_budget *budget = &script_of(L)->budget;
     budget->unlooked = 0;
     budget->exhausted = budget->exhausted || script_is_stopped(script_of(L)) ||
-                        budget->instructions_left <= 0 || kd_clock_ns() >= budget->deadline_ns;
+                        budget->instructions_left <= 0 || is_over_time(budget);
     if (budget->exhausted)
         raise_exhausted(L, 1);
 }
@@ -124,6 +132,7 @@ void script_budget_start(kd_script *script)
     script_budget *budget = &script->budget;
     budget->instructions_left = (int64_t)script->instruction_limit;
     budget->deadline_ns = kd_clock_ns() + script->time_limit_ns;
+    budget->thread_deadline_ns = (int64_t)(kd_clock_thread_ns() + script->time_limit_ns);
     budget->loading_ns = 0;
     budget->unlooked = 0;
     budget->exhausted = false;

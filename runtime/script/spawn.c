@@ -67,6 +67,14 @@ static void put_off_deadline(lua_State *L, const kd_script_spawn *spawn, uint64_
     took_ns = took_ns < room_ns ? took_ns : room_ns;
     budget->loading_ns += took_ns;
     budget->deadline_ns += took_ns;
+    budget->thread_deadline_ns += (int64_t)took_ns;
+}
+
+/* Waiting for a file uses no processor, but is the script's time all the same. */
+static void count_waiting(lua_State *L, const kd_script_spawn *spawn, uint64_t took_ns, uint64_t worked_ns)
+{
+    if ((spawn->model || spawn->sky_image) && took_ns > worked_ns)
+        script_of(L)->budget.thread_deadline_ns -= (int64_t)(took_ns - worked_ns);
 }
 
 void script_host_check(lua_State *L, kd_status status, const kd_script_error *error)
@@ -266,9 +274,13 @@ int script_spawn(lua_State *L)
     spawn.roots = (const char(*)[KD_PATH_MAX])script->roots;
     spawn.root_count = script->root_count;
     uint64_t before = kd_entity_count(script->world), began_ns = kd_clock_ns();
+    uint64_t worked_ns = kd_clock_thread_ns();
     script_look(L);
-    script_host_check(L, script->host.spawn(script->host.user, &spawn, &e, &error), &error);
-    put_off_deadline(L, &spawn, kd_clock_ns() - began_ns);
+    kd_status status = script->host.spawn(script->host.user, &spawn, &e, &error);
+    uint64_t took_ns = kd_clock_ns() - began_ns;
+    count_waiting(L, &spawn, took_ns, kd_clock_thread_ns() - worked_ns);
+    script_host_check(L, status, &error);
+    put_off_deadline(L, &spawn, took_ns);
     script_charge_entities(L, before);
     script_set_components(L, 1, e);
     start_animation(L, e);

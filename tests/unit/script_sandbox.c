@@ -206,6 +206,25 @@ static void only_reading_a_file_first_puts_off_the_end(void **state)
     fixture_time_limit_s = 0;
 }
 
+static void wait_and_collect(void *user, kd_log_level level, const char *text)
+{
+    nanosleep(&(struct timespec){.tv_nsec = 600000000}, NULL);
+    fixture_sink(user, level, text);
+}
+
+/* The limit is half a second; nobody gives the script a processor for longer. Two loops later it would have
+ * failed by the clock of the wall. */
+static void time_without_a_processor_does_not_count(void **state)
+{
+    (void)state;
+    fixture_time_limit_s = 0.5;
+    kd_log_set_sink(wait_and_collect, NULL);
+    kd_status status = run("print('x') local sum = 0 for i = 1, 2000 do sum = sum + i end");
+    kd_log_set_sink(fixture_sink, NULL);
+    fixture_time_limit_s = 0;
+    assert_int_equal(status, KD_OK);
+}
+
 static void memory_is_bounded(void **state)
 {
     (void)state;
@@ -424,6 +443,7 @@ int main(void)
         cmocka_unit_test(lists_change_as_the_manual_says),
         cmocka_unit_test(copies_are_charged_by_their_entities),
         cmocka_unit_test(only_reading_a_file_first_puts_off_the_end),
+        cmocka_unit_test(time_without_a_processor_does_not_count),
         cmocka_unit_test(memory_is_bounded),
         cmocka_unit_test(errors_name_the_line),
         cmocka_unit_test(files_stay_below_the_scenario),
