@@ -18,6 +18,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/emitters_params.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: capacity of the dynamic cells; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
+layout(std430, binding = 6) readonly buffer open_block { float open[]; }; // of local lights: enclosed.comp
 layout(binding = KD_UNIT_BOUNCE) uniform usamplerBuffer entries;                  // shaders/shared/bounce.h
 
 // Where a leaf's light arrives.
@@ -35,11 +36,11 @@ lit_leaf lit_leaf_of(cell_attributes a, vec3 p_ws, float span)
 }
 
 // Cosine that the cell's surfaces show to the light. Where normals of many directions meet, the mean of a sphere's lit
-// side takes over: a quarter of what faces it.
-float facing(lit_leaf l, vec3 to_light)
+// side takes over: a quarter of what faces it, unless the light is shut in.
+float facing(lit_leaf l, vec3 to_light, float is_open)
 {
     float d = dot(l.normal, to_light), cosine = mix(max(d, 0.0), abs(d), l.double_sided);
-    return mix(0.25, cosine, l.directed);
+    return mix(0.25 * is_open, cosine, l.directed);
 }
 
 // Where a leaf asks for its shadow: lifted off its own surface.
@@ -56,14 +57,14 @@ vec3 direct_light(lit_leaf l)
 #ifdef DIRECTIONAL
     do {
         vec3 e = light_sample(i, l.p_ws, to_light);
-        sum += e * (facing(l, to_light) * light_shadow_voxel_directional(i, shadow_point(l, to_light)));
+        sum += e * (facing(l, to_light, 1.0) * light_shadow_voxel_directional(i, shadow_point(l, to_light)));
         i++;
     } while (i < light_directional_count());
 #endif
 #ifdef LOCAL
     do {
         vec3 e = light_sample(i, l.p_ws, to_light);
-        sum += e * (facing(l, to_light) * light_shadow_voxel_local(i, shadow_point(l, to_light)));
+        sum += e * (facing(l, to_light, open[i]) * light_shadow_voxel_local(i, shadow_point(l, to_light)));
         i++;
     } while (i < light_count());
 #endif

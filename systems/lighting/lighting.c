@@ -18,6 +18,9 @@
 typedef struct inject_state {
     kd_gpu_program inject[4]; /* by kinds of light: bit 0 directional, bit 1 local */
     bool tried[4];            /* a program that failed is not compiled again every frame */
+    kd_gpu_program enclosed;
+    bool tried_enclosed;
+    kd_gpu_buffer open; /* float of each light: whether matter shuts it in */
 } inject_state;
 
 static kd_gpu_program find_program(kd_gpu *gpu, inject_state *state, const kd_lighting *lighting)
@@ -52,6 +55,34 @@ void lighting_bind_leaves(kd_gpu *gpu, const kd_svo *svo)
     kd_gpu_bind_storage(gpu, 7, svo->book);
 }
 
+static void bind_lights(kd_gpu *gpu, const kd_lighting *lighting)
+{
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
+    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
+    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
+    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
+}
+
+/* Look from each local light at what is round it. Wants the pass's parameters bound. */
+static void find_enclosed(kd_gpu *gpu, inject_state *state, const kd_lighting *lighting, const kd_svo *svo)
+{
+    if (!state->open.id)
+        state->open = kd_gpu_make_buffer(
+            gpu, &(kd_gpu_buffer_desc){.size = KD_MAX_LIGHTS * 4, .zeroed = true, .name = "lights.open"});
+    if (lighting->light_count == lighting->directional_count)
+        return;
+    if (!state->tried_enclosed)
+        state->enclosed =
+            kd_gpu_make_program(gpu, &(kd_gpu_program_desc){.compute = "shaders/lighting/enclosed.comp"});
+    state->tried_enclosed = true;
+    lighting_bind_leaves(gpu, svo);
+    kd_gpu_bind_storage(gpu, 3, svo->index);
+    kd_gpu_bind_storage(gpu, 4, svo->nodes);
+    kd_gpu_bind_storage(gpu, 6, state->open);
+    kd_gpu_dispatch_linear(gpu, state->enclosed, (lighting->light_count + 63) / 64);
+    kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
+}
+
 static void inject(kd_system_context *context, bool send_out)
 {
     inject_state *state = context->user;
@@ -70,12 +101,11 @@ static void inject(kd_system_context *context, bool send_out)
                         send_out ? bounce->period * KD_BOUNCE_MAX_TURNS : 0,
                         lamps};
     kd_gpu_bind_uniform(gpu, KD_BIND_PASS, pass, sizeof pass);
+    bind_lights(gpu, lighting);
+    find_enclosed(gpu, state, lighting, svo);
     lighting_bind_leaves(gpu, svo);
+    kd_gpu_bind_storage(gpu, 6, state->open);
     kd_emitters_bind(gpu, kd_singleton(context->world, kd_emitters));
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_VIEW, lighting->view, 0, sizeof(struct kd_view_params));
-    kd_gpu_bind_uniform_buffer(gpu, KD_BIND_LIGHTS, lighting->lights, 0, sizeof(struct kd_lights_params));
-    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_DIRECTIONAL, lighting->shadow_directional);
-    kd_gpu_bind_texture(gpu, KD_UNIT_SHADOW_SPOT, lighting->shadow_spot);
     kd_gpu_bind_texture(gpu, KD_UNIT_BOUNCE, bounce->view);
     kd_gpu_dispatch_indirect(gpu, find_program(gpu, state, lighting), svo->counters, KD_ARGS_ALL * 4);
 }
@@ -100,6 +130,8 @@ static void fini(kd_system_context *context)
     inject_state *state = context->user;
     for (uint32_t i = 0; i < 4; i++)
         kd_gpu_destroy_program(context->gpu, state->inject[i]);
+    kd_gpu_destroy_program(context->gpu, state->enclosed);
+    kd_gpu_destroy_buffer(context->gpu, state->open);
     free(state);
 }
 
@@ -113,6 +145,7 @@ static kd_system_desc inject_desc(inject_state *state)
                        KD_USES(kd_emitters)},
         .resources = {{"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
                       {"svo.masks", KD_USE_STORAGE_READ},
+                      {"tree.nodes", KD_USE_STORAGE_READ},
                       {"svo.cells", KD_USE_STORAGE_READ},
                       {"svo.counters", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_INDIRECT},
                       {"tree.uniform", KD_USE_UNIFORM},
