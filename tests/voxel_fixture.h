@@ -8,6 +8,7 @@
 
 #include "components/camera.h"
 #include "components/light.h"
+#include "components/pose_access.h"
 #include "components/render_targets.h"
 #include "components/svo.h"
 #include "components/voxel_scene.h"
@@ -302,11 +303,13 @@ static inline void *voxel_read_static(voxel_world *v)
     kd_gpu_bind_storage(voxel_gpu, 1, pages->segments);
     kd_gpu_bind_storage(voxel_gpu, 2, scene->object_params);
     kd_gpu_bind_storage(voxel_gpu, 3, scene->chunk_params);
-    kd_gpu_bind_storage(voxel_gpu, 4, scene->cache_shape);
+    kd_texel_view shape = {0};
+    kd_texel_view_bind(voxel_gpu, &shape, 4, scene->cache_shape, KD_RG32UI);
     kd_gpu_bind_storage(voxel_gpu, 5, out);
     kd_gpu_dispatch_linear(voxel_gpu, program, slots * (KD_SEGMENT_VOXELS / 64));
     kd_gpu_barrier(voxel_gpu, 1023);
     void *voxels = voxel_read(out, 0, bytes);
+    kd_texel_view_fini(voxel_gpu, &shape);
     kd_gpu_destroy_buffer(voxel_gpu, out);
     kd_gpu_destroy_program(voxel_gpu, program);
     return voxels;

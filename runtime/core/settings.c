@@ -20,7 +20,7 @@ static const char *const tonemap_words[] = {KD_TONEMAP_LIST(WORD) NULL};
 static const char *const channel_words[] = {KD_CHANNEL_LIST(WORD) NULL};
 static const char *const separating_words[] = {"6", "26", NULL};
 static const char *const depth_words[] = {"8", "16", NULL};
-static const char *const resolution_words[] = {"128", "256", "512", NULL};
+static const char *const resolution_words[] = {"128", "256", "512", "1024", NULL};
 
 static const kd_setting_row rows[] = {
 #define ROW(type_, group, name, default_, min_, max_, words_, unit_, doc_)                                   \

@@ -88,7 +88,7 @@ typedef enum kd_setting_type {
  * is their index), or the only values an I32 may have. */
 #define KD_SETTINGS_LIST(X)                                                                                  \
     X(F32, voxels, span, 0.02f, 1e-4, 100, NULL, "m", "edge of a voxel of the finest cascade")               \
-    X(I32, voxels, resolution, 128, 128, 512, resolution_words, "voxels",                                    \
+    X(I32, voxels, resolution, 128, 128, 1024, resolution_words, "voxels",                                   \
       "voxels a cascade has along an axis")                                                                  \
     X(I32, voxels, cascades, 3, 1, 4, NULL, NULL, "nested cascades; each doubles the span")                  \
     X(I32, voxels, separating, 6, 6, 26, separating_words, NULL,                                             \
@@ -108,7 +108,7 @@ typedef enum kd_setting_type {
       "most memory of one array of the octree; 0: what the driver binds")                                    \
     X(I32, cones, count, 6, 3, 16, NULL, NULL, "diffuse cones a pixel")                                      \
     X(F32, cones, aperture_deg, 60, 10, 120, NULL, "deg", "full opening angle of a diffuse cone")            \
-    X(F32, cones, far, 1.0f, 0.1, 1, NULL, NULL,                                                            \
+    X(F32, cones, far, 1.0f, 0.1, 1, NULL, NULL,                                                             \
       "width of a diffuse cone far from its start, of its opening there; 1: a plain cone")                   \
     X(F32, cones, step, 0.5f, 0.1, 2, NULL, "diameters", "step along a cone")                                \
     X(ENUM, cones, interpolation, KD_CONES_TRILINEAR, 0, 2, interpolation_words, NULL,                       \

@@ -74,6 +74,7 @@ static void read_limits(kd_gpu *gpu)
         .vendor = get_string(gpu, GL_VENDOR),
         .version = get_string(gpu, GL_VERSION),
         .max_ssbo_bytes = get_int64(gpu, GL_MAX_SHADER_STORAGE_BLOCK_SIZE),
+        .max_texels = get_int64(gpu, GL_MAX_TEXTURE_BUFFER_SIZE),
         .max_shared_bytes = get_int(gpu, GL_MAX_COMPUTE_SHARED_MEMORY_SIZE),
         .max_invocations = get_int(gpu, GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS),
         .max_texture_3d = get_int(gpu, GL_MAX_3D_TEXTURE_SIZE),
@@ -92,7 +93,6 @@ static void read_limits(kd_gpu *gpu)
     gpu->max_layers = get_int(gpu, GL_MAX_ARRAY_TEXTURE_LAYERS);
     gpu->max_cube = get_int(gpu, GL_MAX_CUBE_MAP_TEXTURE_SIZE);
     gpu->max_anisotropy = anisotropy_of(gpu);
-    gpu->max_texel_buffer = get_int64(gpu, GL_MAX_TEXTURE_BUFFER_SIZE);
     for (GLuint axis = 0; axis < 3; axis++) {
         GLint groups = 0;
         gpu->gl.GetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, axis, &groups);

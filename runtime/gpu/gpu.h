@@ -67,6 +67,7 @@ typedef struct kd_gpu_info {
     const char *renderer, *vendor, *version;
     bool software; /* llvmpipe, softpipe, swrast: timers lie, profile by finishing */
     int64_t max_ssbo_bytes;
+    int64_t max_texels; /* of a buffer that is read as texels */
     int max_shared_bytes, max_invocations, max_texture_3d;
     int timestamp_bits;
     int storage_alignment, uniform_alignment; /* bytes; offsets of ranges that are bound must be multiples */
@@ -149,7 +150,7 @@ typedef enum kd_filter {
     KD_LINEAR,
     KD_NEAREST,
     KD_LINEAR_MIP, /* between levels too, along long footprints where the driver can */
-    KD_SHADOW /* linear with depth compare <= */
+    KD_SHADOW      /* linear with depth compare <= */
 } kd_filter;
 typedef enum kd_wrap { KD_CLAMP, KD_REPEAT, KD_MIRROR, KD_BORDER_ONE } kd_wrap;
 typedef struct kd_gpu_texture_desc {

@@ -143,7 +143,7 @@ struct kd_gpu {
     uint64_t frame;
     int max_storage_bindings, max_texture_units, max_image_units, max_texture_2d, max_layers, max_cube;
     int max_anisotropy; /* 1: the driver has none */
-    int64_t max_texel_buffer, max_groups[3];
+    int64_t max_groups[3];
     gpu_pool buffers, textures, programs, targets, readbacks;
 
     uint32_t program; /* id in use */
@@ -203,7 +203,8 @@ void gpu_recipe_fini(gpu_recipe *recipe);
 bool gpu_recipe_hash(const kd_gpu *gpu, const gpu_recipe *recipe, uint64_t *hash);
 /** Compile and link what a description names. Returns 0 after logging why. */
 GLuint gpu_build_program(kd_gpu *gpu, const kd_gpu_program_desc *desc, const char *name);
-/** Find the driver's object of another program that is made of the same texts. Returns 0 when there is none. */
+/** Find the driver's object of another program that is made of the same texts. Returns 0 when there is none.
+ */
 GLuint gpu_find_program(kd_gpu *gpu, const gpu_recipe *recipe);
 /** Delete the driver's object of a program unless others have the same. */
 void gpu_release_program(kd_gpu *gpu, gpu_program *program);

@@ -241,9 +241,9 @@ kd_gpu_texture kd_gpu_make_texel_buffer(kd_gpu *gpu, kd_gpu_buffer handle, kd_te
     const gpu_format *row = gpu_get_format(format);
     if (!buffer)
         return (kd_gpu_texture){0};
-    if (!row->is_texel_buffer || (int64_t)(buffer->size / row->texel_bytes) > gpu->max_texel_buffer) {
+    if (!row->is_texel_buffer || (int64_t)(buffer->size / row->texel_bytes) > gpu->info.max_texels) {
         gpu_fail(gpu, "texel buffer %s: %s of %zu bytes (the limit is %lld texels)", buffer->name, row->name,
-                 buffer->size, (long long)gpu->max_texel_buffer);
+                 buffer->size, (long long)gpu->info.max_texels);
         return (kd_gpu_texture){0};
     }
     gpu_texture texture = {.target = GL_TEXTURE_BUFFER,

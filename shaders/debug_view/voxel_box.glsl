@@ -24,7 +24,7 @@ layout(std430, binding = 5) buffer pixels_block { uint pixels[]; }; // of each p
 layout(std430, binding = 0) readonly buffer segments_block { kd_voxel_segment segments[]; };
 layout(std430, binding = 1) readonly buffer objects_block { kd_voxel_object_params objects[]; };
 layout(std430, binding = 2) readonly buffer chunks_block { kd_voxel_chunk_params chunks[]; };
-layout(std430, binding = 3) readonly buffer shape_block { uvec2 shape[]; };
+layout(binding = 4) uniform usamplerBuffer shape; // rg32ui
 #elif VOXELS == STATIC_PAGES
 #include "shaders/include/rigid_voxel_load.glsl"
 #else
@@ -46,7 +46,7 @@ struct voxel_box {
 voxel_box box_load(kd_voxel_segment segment, uint slot, uint i)
 {
     kd_voxel_chunk_params chunk = chunks[segment.chunk_cascade & 0xFFFFFFFu];
-    uvec2 cached = shape[segment.first + i];
+    uvec2 cached = texelFetch(shape, int(segment.first + i)).rg;
     vec3 p = rigid_model_position(chunk, cached.x), n = vec3(snorm8_unpack(cached.y)) / 127.0;
     uint binding_at = chunk.info.z + segment.first + i - chunk.info.x;
     posed v = voxel_pose(objects[segment.object], binding_at, p, n);

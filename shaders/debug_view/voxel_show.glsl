@@ -6,7 +6,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "shaders/debug_view/tree_cell.glsl"
 #include "shaders/debug_view/show.glsl"
 
-layout(std430, binding = 7) readonly buffer color_block { uint color[]; };
+layout(binding = 5) uniform usamplerBuffer color; // r32ui
 layout(binding = 0, rgba16f) writeonly uniform image2D hdr_image;
 
 // Light of the tree's cell, as large as the voxel, in which its centre lies.
@@ -35,7 +35,7 @@ vec3 show_voxel(kd_voxel_segment segment, voxel_box box, uint i)
     case KD_SHOW_RADIANCE:
         return show_light(box, c);
     }
-    return albedo_unpack(color[segment.first + i]);
+    return albedo_unpack(texelFetch(color, int(segment.first + i)).r);
 }
 
 void main()

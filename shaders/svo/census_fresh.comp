@@ -4,7 +4,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/linear.glsl"
 #include "shaders/shared/voxel.h"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: patches, y: words of a cascade's leaf parents
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: patches marked, y: words of a cascade's leaf parents, z: first patch marked
 layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
 layout(std430, binding = 0) buffer counters_block { uint counters[]; };
 layout(std430, binding = 1) readonly buffer fresh_block { uint fresh[]; };
@@ -18,5 +18,5 @@ void main()
     for (uint i = 0u; i < 8u; i++)
         cells += uint(bitCount(fresh[n * 8u + i]));
     if (cells != 0u)
-        atomicAdd(counters[KD_COUNT_CENSUS_CELLS + stale[stale_at.patches + n] / pass.y], cells);
+        atomicAdd(counters[KD_COUNT_CENSUS_CELLS + stale[stale_at.patches + pass.z + n] / pass.y], cells);
 }

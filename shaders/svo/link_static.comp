@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/rigid_texels.glsl"
 #include "shaders/include/splat_parents.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: first patch of this round, y: patches of it, z: room for entries, w: 1 when all of them are taken in turn
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 marks; }; // x: first patch of this round, y: patches of it, z: room for entries, w: 1 when all of them are taken in turn; marks: x: first patch whose cells are marked, y: patches of these
 layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
 layout(binding = 3) uniform usamplerBuffer shape_texels; // rg32ui
 layout(binding = 4) uniform usamplerBuffer color_texels; // r32ui
@@ -37,6 +37,9 @@ uint parent_cells(uint corners, uint odd, uint k)
 
 void mark(uint place, uint cells)
 {
+    place -= marks.x << 5;
+    if (place >= marks.y << 5)
+        return;
     uint word = place >> 2, bits = cells << (8u * (place & 3u));
     if ((fresh[word] & bits) != bits)
         atomicOr(fresh[word], bits);

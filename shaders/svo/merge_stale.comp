@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/svo_book.glsl"
 #include "shaders/include/linear.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 layers; }; // x: patches, y: first word of the parents' mask, z: sparse levels, w: bits of its words; layers.x: 0 when nothing moves
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 layers; }; // x: patches marked, y: first word of the parents' mask, z: sparse levels, w: bits of its words; layers: x: 0 when nothing moves, y: first patch marked
 layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
 layout(std430, binding = 1) buffer static_block { uint parents_static[]; }; // bits of parents
 layout(std430, binding = 2) buffer diff_block { uint diff[]; };
@@ -30,7 +30,7 @@ void main()
     uint n = linear_index();
     if (n >= pass.x)
         return;
-    uint word = stale[stale_at.patches + n], touch = stale_parents(pass.z - 1u, word), still = parents_static[word] & ~touch;
+    uint word = stale[stale_at.patches + layers.y + n], touch = stale_parents(pass.z - 1u, word), still = parents_static[word] & ~touch;
     for (uint i = 0u; i < 8u; i++)
         still |= parents_of(fresh[n * 8u + i]) << (4u * i);
     parents_static[word] = still;

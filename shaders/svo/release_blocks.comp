@@ -5,7 +5,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/linear.glsl"
 #include "shaders/include/svo_blocks.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; }; // x: level of the leaf parents, y: first patch marked, z: patches marked
 layout(std140, binding = 1) uniform stale_places_block { kd_stale_places stale_at; };
 layout(std430, binding = 1) readonly buffer fresh_block { uint fresh[]; };
 layout(std430, binding = 5) readonly buffer stale_block { uint stale[]; };
@@ -24,7 +24,10 @@ void main()
     uint code = book[places.codes[pass.x] + number];
     if (!stale_brick(code >> (3u * pass.x)))
         return;
-    uint at = stale_place(code * 8u), cells = fresh[at >> 5] >> (at & 31u) & 255u, block = book[places.blocks.x + number];
+    uint at = stale_place(code * 8u) - (pass.y << 8);
+    if (at >> 8 >= pass.z)
+        return;
+    uint cells = fresh[at >> 5] >> (at & 31u) & 255u, block = book[places.blocks.x + number];
     if (cells != block >> KD_BLOCK_BITS)
         book_tell_change(code >> (3u * pass.x));
     block_give_back(block);

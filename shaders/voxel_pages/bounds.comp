@@ -12,7 +12,7 @@ struct request {
 };
 layout(std430, binding = 0) readonly buffer requests_block { request requests[]; };
 layout(std430, binding = 1) readonly buffer slots_block { uint slots[]; };
-layout(std430, binding = 2) readonly buffer shape_block { uvec2 shape[]; };
+layout(binding = 0) uniform usamplerBuffer shape; // rg32ui
 layout(std430, binding = 3) writeonly buffer bounds_block { uvec2 bounds[]; };
 
 void main()
@@ -27,7 +27,7 @@ void main()
         return;
     uvec3 low = uvec3(1023u), high = uvec3(0u);
     for (uint i = begin; i < end; i++) {
-        uvec3 cell = cell_unpack(shape[r.segment.first + i].x);
+        uvec3 cell = cell_unpack(texelFetch(shape, int(r.segment.first + i)).r);
         low = min(low, cell);
         high = max(high, cell);
     }

@@ -24,6 +24,7 @@ typedef struct voxel_view {
     struct kd_voxel_segment *listed;
     uint32_t listed_count, listed_capacity;
     kd_pose_access pose;
+    kd_texel_view shape_view, color_view;
 } voxel_view;
 
 static const char *const draw_paths[SOURCE_COUNT] = {"shaders/debug_view/draw_caches.comp",
@@ -98,25 +99,24 @@ static void bind_source(kd_system_context *context, voxel_view *v, voxel_source 
 {
     const kd_voxel_scene *scene = kd_singleton(context->world, kd_voxel_scene);
     kd_gpu *gpu = context->gpu;
+    kd_texel_view_bind(gpu, &v->shape_view, 4, scene->cache_shape, KD_RG32UI);
+    kd_texel_view_bind(gpu, &v->color_view, 5, scene->cache_color, KD_R32UI);
     if (source == CACHES) {
         kd_gpu_bind_storage(gpu, 0, v->segments);
         kd_gpu_bind_storage(gpu, 1, scene->object_params);
         kd_gpu_bind_storage(gpu, 2, scene->chunk_params);
-        kd_gpu_bind_storage(gpu, 3, scene->cache_shape);
         kd_pose_access_bind(gpu, &v->pose, kd_singleton(context->world, kd_scene_store),
                             kd_singleton(context->world, kd_joint_palette), scene->cache_binding);
     } else if (source == STATIC_PAGES) {
         kd_gpu_bind_storage(gpu, 1, scene->pages[KD_LAYER_STATIC].segments);
         kd_gpu_bind_storage(gpu, 2, scene->object_params);
         kd_gpu_bind_storage(gpu, 3, scene->chunk_params);
-        kd_gpu_bind_storage(gpu, 4, scene->cache_shape);
     } else {
         kd_gpu_bind_storage(gpu, 1, scene->pages[KD_LAYER_DYNAMIC].segments);
         kd_gpu_bind_storage(gpu, 2, scene->pages[KD_LAYER_DYNAMIC].voxels);
     }
     kd_gpu_bind_storage(gpu, 5, v->pixels);
     kd_gpu_bind_storage(gpu, 6, v->large);
-    kd_gpu_bind_storage(gpu, 7, scene->cache_color);
 }
 
 typedef struct voxel_pass {
@@ -248,6 +248,8 @@ static void fini(kd_system_context *context)
     kd_gpu_destroy_buffer(gpu, v->large);
     kd_gpu_destroy_buffer(gpu, v->segments);
     kd_pose_access_fini(gpu, &v->pose);
+    kd_texel_view_fini(gpu, &v->shape_view);
+    kd_texel_view_fini(gpu, &v->color_view);
     free(v->listed);
     free(v);
 }

@@ -199,9 +199,9 @@ static void make_room(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
 /* ---- passes ---- */
 
 static void over_touched(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
-                         svo_program program)
+                         svo_program program, svo_marks marks)
 {
-    uint32_t pass[4] = {leaf_parents(svo), 0, 0, 0};
+    uint32_t pass[4] = {leaf_parents(svo), marks.first, marks.count, 0};
     bind_book(gpu, svo);
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
@@ -240,12 +240,13 @@ void svo_build_blocks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
 {
     if (scene->static_changed) {
         svo_args(gpu, state, svo, KD_COUNT_TOUCHED, svo->node_capacity, 1, KD_ARGS_LIST);
-        over_touched(gpu, state, svo, scene, SVO_RELEASE_BLOCKS);
+        for (svo_marks marks = {0, 0}; svo_next_marks(gpu, state, svo, scene, &marks);)
+            over_touched(gpu, state, svo, scene, SVO_RELEASE_BLOCKS, marks);
     }
     if (scene->static_changed || svo->leaf_room > most_leaves(svo)) /* what moves has come, or needs more */
         make_room(gpu, state, svo, scene);
     if (scene->static_changed) {
-        over_touched(gpu, state, svo, scene, SVO_TAKE_BLOCKS);
+        over_touched(gpu, state, svo, scene, SVO_TAKE_BLOCKS, (svo_marks){0, 0});
         kd_gpu_bind_storage(gpu, 0, svo->counters);
         kd_gpu_bind_storage(gpu, 7, svo->book);
         kd_gpu_dispatch(gpu, state->programs[SVO_SETTLE_BLOCKS], 1, 1, 1);

@@ -88,9 +88,11 @@ static void make_once(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
 static kd_status reserve(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
                          const uint64_t *nodes, uint64_t cells)
 {
-    uint64_t most_nodes = svo_most_nodes(svo->most_bytes), most_cells = svo->most_bytes / (KD_SUM_WORDS * 4);
-    for (uint32_t l = 0; l < svo_levels(svo); l++)
-        state->nodes_wanted[l] = (uint32_t)(nodes[l] < most_nodes ? nodes[l] : most_nodes);
+    uint64_t most_nodes = svo->most_bytes / 64, most_cells = svo->most_bytes / (KD_SUM_WORDS * 4);
+    double want[KD_MAX_NODE_LEVELS] = {0}, none[KD_MAX_NODE_LEVELS] = {0};
+    for (uint32_t l = 0; l < svo_levels(svo); l++) /* cells have numbers too, eight a leaf parent */
+        want[l] = (double)(nodes[l] < most_nodes ? nodes[l] : most_nodes);
+    svo_fit_tables(svo, none, want, state->nodes_wanted);
     state->nodes.wanted = state->nodes_wanted[svo_levels(svo) - 1];
     state->sums.wanted = (uint32_t)(cells < most_cells ? cells : most_cells);
     kd_status nodes_made = svo_reserve_nodes(gpu, svo, state->nodes_wanted);

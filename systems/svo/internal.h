@@ -101,6 +101,7 @@ typedef struct svo_state {
     uint32_t linked_slots; /* segments of what moves whose voxels are chained */
     bool short_of_slots;   /* these are not all */
     uint32_t linked;       /* stale patches in the first round of chains */
+    uint32_t marked;       /* first stale patch of those whose cells are marked in kd_svo.fresh */
     bool dynamic_before;   /* there were dynamic voxels in the frame before */
     uint32_t said;         /* SVO_SAID_*: messages that were written */
     svo_room nodes, sums, fresh, entries, dynamic,
@@ -159,9 +160,9 @@ kd_status svo_reserve_moving(kd_gpu *gpu, kd_svo *svo, bool wanted);
  * KD_NO_MEMORY: as it was */
 kd_status svo_reserve_emission(kd_gpu *gpu, kd_svo *svo, bool wanted);
 
-/** Make room for the masks of so many words of stale patches, and for their chains; for so many entries of
- * these. */
-kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words);
+/** Make room for the masks of so many words of stale patches, or as many as fit one array, and for their
+ * chains; for so many entries of these. */
+kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint64_t words);
 kd_status svo_reserve_entries(kd_gpu *gpu, kd_svo *svo, uint32_t entries);
 
 /** Make anew what was given back while nothing changed. Errors KD_GPU: as it was */
@@ -201,13 +202,12 @@ static inline uint32_t svo_levels(const kd_svo *svo)
     return svo->leaf_level - KD_DENSE_LOG2;
 }
 
-/** Nodes of one level for which there may be room in so many bytes: eight leaves of each fit the largest
- * array.
- */
-static inline uint32_t svo_most_nodes(uint64_t bytes)
-{
-    return (uint32_t)(bytes / 64) / 32 * 32;
-}
+/** Share of an array of so many bytes that the tables of so many nodes a level take, of the fullest one. */
+double svo_table_share(const kd_svo *svo, const double nodes[KD_MAX_NODE_LEVELS], uint64_t bytes);
+
+/** Room for nodes of each level between `least` and `want`, as many as the tables may hold; less where even
+ * the least do not fit. */
+void svo_fit_tables(const kd_svo *svo, const double *least, const double *want, uint32_t *room);
 
 /** Slots of leaves: these are the largest of the tables, and a block's word has 24 bits for the first of
  * them.
@@ -264,6 +264,14 @@ void svo_say_dynamic(svo_state *state, const kd_svo *svo); /* when cells of what
 void svo_build_dynamic(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_build_moving_cells(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 void svo_link_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
+
+/* Stale patches whose cells are marked in kd_svo.fresh at once. svo_next_marks() goes to the next, from {0}
+ * on, and marks them if others are marked; false: these were the last. */
+typedef struct svo_marks {
+    uint32_t first, count;
+} svo_marks;
+bool svo_next_marks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
+                    svo_marks *marks);
 void svo_build_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene);
 
 /* blocks.c: places of leaves */

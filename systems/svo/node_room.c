@@ -28,6 +28,28 @@ size_t svo_node_bytes(const kd_svo *svo, const uint32_t *room)
     return top == 0 ? dense * 4 : (svo_rows(room, 0, top) + room[top - 1]) * 32;
 }
 
+double svo_table_share(const kd_svo *svo, const double nodes[KD_MAX_NODE_LEVELS], uint64_t bytes)
+{
+    uint32_t top = svo_levels(svo) - 1;
+    uint64_t fixed = svo_fixed_book_bytes(svo), left = fixed < bytes / 2 ? bytes - fixed : bytes / 2;
+    double words = top > 0 ? 32 * nodes[top - 1] : 0, book = 4 * nodes[top];
+    for (uint32_t l = 0; l <= top; l++) {
+        words += l < top ? 32 * nodes[l] : 0; /* of children */
+        book += 8.125 * nodes[l];             /* code, place in the stack of numbers, a bit */
+    }
+    words /= (double)bytes;
+    book /= (double)left;
+    return words > book ? words : book;
+}
+
+void svo_fit_tables(const kd_svo *svo, const double *least, const double *want, uint32_t *room)
+{
+    double few = svo_table_share(svo, least, svo->most_bytes),
+           many = svo_table_share(svo, want, svo->most_bytes), more = many > 1 ? (1 - few) / (many - few) : 1;
+    for (uint32_t l = 0; l < svo_levels(svo); l++)
+        room[l] = (uint32_t)(few < 1 ? least[l] + more * (want[l] - least[l]) : least[l] / few);
+}
+
 /* Words that lead to nodes, and behind them those that lead to leaves, one beside each of the last level's.
  */
 static kd_gpu_buffer grown_nodes(kd_gpu *gpu, const kd_svo *svo, const uint32_t *room)

@@ -90,11 +90,11 @@ static uint32_t changed_words(const kd_svo *svo, uint32_t l)
     return svo->mask_first[l] / 32;
 }
 
-static void bind_merge(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t count)
+static void bind_merge(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_t count, uint32_t first)
 {
     uint32_t top = svo_levels(svo) - 1;
-    uint32_t pass[8] = {count, svo->mask_first[top], svo_levels(svo), changed_words(svo, top),
-                        svo->has_moving};
+    uint32_t pass[8] = {
+        count, svo->mask_first[top], svo_levels(svo), changed_words(svo, top), svo->has_moving, first};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_texel_view_bind(gpu, &state->moving_view, 0, svo->has_moving ? svo->moving : svo->masks, KD_RGBA32UI);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
@@ -104,14 +104,15 @@ static void bind_merge(kd_gpu *gpu, svo_state *state, const kd_svo *svo, uint32_
 }
 
 /* What was built anew. */
-static void merge_stale(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+static void merge_stale(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
+                        svo_marks marks)
 {
-    bind_merge(gpu, state, svo, scene->stale_patch_count);
+    bind_merge(gpu, state, svo, marks.count, marks.first);
     kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
     kd_gpu_bind_storage(gpu, 1, svo->masks);
     kd_gpu_bind_storage(gpu, 5, scene->stale);
     kd_gpu_bind_storage(gpu, 6, svo->fresh);
-    kd_gpu_dispatch_linear(gpu, state->programs[SVO_MERGE_STALE], groups(scene->stale_patch_count));
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_MERGE_STALE], groups(marks.count));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
 }
 
@@ -119,7 +120,7 @@ static void merge_stale(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const 
 static void merge_moving(kd_gpu *gpu, svo_state *state, const kd_svo *svo)
 {
     uint32_t words = kd_svo_parent_words(svo);
-    bind_merge(gpu, state, svo, words);
+    bind_merge(gpu, state, svo, words, 0);
     kd_texel_view_bind(gpu, &state->still_view, 1, svo->masks, KD_RGBA32UI);
     kd_texel_view_bind(gpu, &state->moved_view, 2, svo->moved, KD_RGBA32UI);
     kd_gpu_dispatch_linear(gpu, state->programs[SVO_MERGE], groups(words / 4));
@@ -141,14 +142,15 @@ static void reduce_level(kd_gpu *gpu, const svo_state *state, const kd_svo *svo,
 
 /* Masks of both layers joined, from those of the frame before: words are made anew where something changed.
  */
-static void merge_masks(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+static void merge_masks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t top = svo_levels(svo) - 1;
     kd_gpu_fill_buffer(gpu, svo->diff, (size_t)changed_words(svo, top) * 4, svo->mask_words[top] / 8, 0);
     kd_gpu_copy_buffer(gpu, svo->level_masks, 0, svo->before, 0, kd_gpu_buffer_size(gpu, svo->level_masks));
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_TEXTURE);
-    if (scene->static_changed)
-        merge_stale(gpu, state, svo, scene);
+    svo_marks marks = {0, 0};
+    while (scene->static_changed && svo_next_marks(gpu, state, svo, scene, &marks))
+        merge_stale(gpu, state, svo, scene, marks);
     if (scene->pages[KD_LAYER_DYNAMIC].segment_count > 0 || state->dynamic_before)
         merge_moving(gpu, state, svo);
     for (uint32_t l = top; l-- > 0;)
@@ -233,18 +235,23 @@ static uint64_t nodes_in_any_pose(const kd_svo *svo, uint32_t l, uint32_t counte
 static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene,
                           const uint32_t *counted)
 {
-    uint32_t room[KD_MAX_NODE_LEVELS], most = svo_most_nodes(svo->most_bytes);
+    uint32_t room[KD_MAX_NODE_LEVELS];
+    double least[KD_MAX_NODE_LEVELS] = {0}, want[KD_MAX_NODE_LEVELS] = {0};
     bool more = false;
     state->nodes_asked = 0;
     for (uint32_t l = 0; l < svo_levels(svo); l++) {
-        uint64_t want = nodes_in_any_pose(svo, l, counted[l], &scene->pages[KD_LAYER_DYNAMIC]);
-        state->nodes_wanted[l] = want < most ? (uint32_t)want : most;
-        state->nodes_asked = want > state->nodes_asked ? want : state->nodes_asked;
+        uint64_t any_pose = nodes_in_any_pose(svo, l, counted[l], &scene->pages[KD_LAYER_DYNAMIC]);
+        state->nodes_asked = any_pose > state->nodes_asked ? any_pose : state->nodes_asked;
+        want[l] = (double)any_pose;
+        least[l] = counted[l];
+    }
+    svo_fit_tables(svo, least, want, state->nodes_wanted);
+    for (uint32_t l = 0; l < svo_levels(svo); l++) {
         bool grows = state->nodes_wanted[l] > svo->node_room[l];
-        want += grows ? want / SVO_SPARE : 0;
-        room[l] = want < most ? (uint32_t)want : most;
+        want[l] += grows ? want[l] / SVO_SPARE : 0;
         more = more || grows;
     }
+    svo_fit_tables(svo, least, want, room);
     uint32_t top = svo_levels(svo) - 1;
     state->nodes.wanted = state->nodes_wanted[top];
     kd_status made = more ? svo_reserve_nodes(gpu, svo, room) : KD_OK;

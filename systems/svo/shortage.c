@@ -35,25 +35,30 @@ static void count_masks(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, 
     kd_gpu_dispatch_linear(gpu, state->programs[SVO_CENSUS], (words / 16 + 63) / 64);
 }
 
-static void count_cells(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene)
+static void bind_cells(kd_gpu *gpu, const kd_svo *svo, const kd_voxel_scene *scene, const uint32_t pass[4])
 {
-    uint32_t kept[4] = {svo_levels(svo) - 1, scene->static_changed, 0, 0};
-    uint32_t fresh[4] = {scene->stale_patch_count, kd_svo_parent_words(svo) / svo->cascades, 0, 0};
-    kd_gpu_bind_uniform(gpu, 0, kept, sizeof kept);
+    kd_gpu_bind_uniform(gpu, 0, pass, 16);
     kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
     kd_gpu_bind_storage(gpu, 0, svo->counters);
+    kd_gpu_bind_storage(gpu, 1, svo->fresh);
     kd_gpu_bind_storage(gpu, 5, scene->stale);
     kd_gpu_bind_storage(gpu, 7, svo->book);
-    kd_gpu_dispatch_linear(gpu, state->programs[SVO_CENSUS_KEPT], (svo->node_capacity + 63) / 64);
-    if (!scene->static_changed)
-        return;
-    kd_gpu_bind_uniform(gpu, 0, fresh, sizeof fresh);
-    kd_gpu_bind_storage(gpu, 1, svo->fresh);
-    kd_gpu_dispatch_linear(gpu, state->programs[SVO_CENSUS_FRESH], (scene->stale_patch_count + 63) / 64);
 }
 
-static void count(kd_gpu *gpu, const svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
-                  demand *d)
+static void count_cells(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
+{
+    uint32_t kept[4] = {svo_levels(svo) - 1, scene->static_changed, 0, 0};
+    svo_marks marks = {0, 0};
+    bind_cells(gpu, svo, scene, kept);
+    kd_gpu_dispatch_linear(gpu, state->programs[SVO_CENSUS_KEPT], (svo->node_capacity + 63) / 64);
+    while (scene->static_changed && svo_next_marks(gpu, state, svo, scene, &marks)) {
+        uint32_t fresh[4] = {marks.count, kd_svo_parent_words(svo) / svo->cascades, marks.first, 0};
+        bind_cells(gpu, svo, scene, fresh);
+        kd_gpu_dispatch_linear(gpu, state->programs[SVO_CENSUS_FRESH], (marks.count + 63) / 64);
+    }
+}
+
+static void count(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, demand *d)
 {
     uint32_t counts[KD_COUNT_WORDS - KD_COUNT_CENSUS], top = svo_levels(svo) - 1;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
@@ -88,18 +93,16 @@ typedef enum lack { NOTHING, LEAVES, PARENTS } lack;
 /* What there is not room for, of all but one `spare`th of what `most` bytes an array hold. spare 0: of all */
 static lack lacks(const kd_svo *svo, const demand *d, uint32_t given_up, uint64_t most, uint32_t spare)
 {
-    double share = spare ? 1 - 1.0 / spare : 1, leaves = 0, moving = 0;
+    double share = spare ? 1 - 1.0 / spare : 1, leaves = 0, moving = 0, nodes[KD_MAX_NODE_LEVELS] = {0};
     uint32_t levels = svo_levels(svo);
-    for (uint32_t k = 0; k < levels; k++) {
-        double nodes = 0;
+    for (uint32_t k = 0; k < levels; k++)
         for (uint32_t c = 0; c < svo->cascades; c++) {
             uint32_t at = above(kd_svo_given_up(given_up, c));
             at = at > k ? at : k;
-            nodes += d->nodes[at][c] + d->moving[at][c] / 4; /* another pose may need more */
+            nodes[levels - 1 - k] += d->nodes[at][c] + d->moving[at][c] / 4; /* another pose may need more */
         }
-        if (nodes > share * svo_most_nodes(most))
-            return PARENTS;
-    }
+    if (svo_table_share(svo, nodes, most) > share)
+        return PARENTS;
     for (uint32_t c = 0; c < svo->cascades; c++) {
         uint32_t gone = kd_svo_given_up(given_up, c);
         double parents = d->nodes[above(gone)][c], cells = d->cells[c];
@@ -233,7 +236,7 @@ static bool start_again(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_vox
 {
     if (svo_reserve_fresh(gpu, svo, svo->layer_words) != KD_OK)
         return false;
-    state->fresh.wanted = svo->layer_words;
+    state->fresh.wanted = svo->fresh_words;
     state->dynamic.wanted = svo->dynamic_room = 0;
     svo_cut_dynamic(gpu, svo, &state->dynamic);
     svo->again = true;
@@ -247,14 +250,16 @@ bool svo_has_room(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_sce
     uint64_t driver = (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes, most = state->allowed;
     uint32_t before = svo->given_up;
     demand d = {0};
-    double nodes = 0;
+    double nodes = 0, all[KD_MAX_NODE_LEVELS] = {0};
     bool members = scene->static_changed || scene->pages[KD_LAYER_DYNAMIC].changed;
     state->asks = members ? ASKS : state->asks > 0 ? state->asks - 1 : 0;
     state->asked = 0;
-    for (uint32_t l = 0; l < svo_levels(svo); l++)
+    for (uint32_t l = 0; l < svo_levels(svo); l++) {
+        all[l] = counted[l];
         nodes = counted[l] > nodes ? counted[l] : nodes;
+    }
     bool moves = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0;
-    if (!before && nodes * (moves ? 2 : 1) <= svo_most_nodes(most) &&
+    if (!before && svo_table_share(svo, all, most) * (moves ? 2 : 1) <= 1 &&
         8 * nodes * (moves ? 3 : 1) + 8192 <= svo_most_slots(most) && (!moves || nodes <= (double)most / 256))
         return true;
     count(gpu, state, svo, scene, &d);

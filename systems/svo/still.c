@@ -4,8 +4,8 @@
  * The voxels that may lie in stale bricks are listed (voxel_transform). Before the nodes are made they are
  * chained to the leaf parents whose cells they cover and mark these cells; when there are nodes and blocks
  * for them, one invocation a parent adds up its chain. Nothing depends on the order of threads: attributes
- * are added up in integers. Where there is not room for all entries of chains at once it is done in rounds,
- * each for a range of stale patches. */
+ * are added up in integers. Where there is not room for all entries of chains, or for all marks, at once it
+ * is done in rounds, each for a range of stale patches. */
 #include "runtime/core/log.h"
 #include "shaders/shared/bindings.h"
 #include "systems/svo/internal.h"
@@ -17,23 +17,26 @@ typedef struct stale_round {
     bool in_turn;          /* entries are taken in turn: those of the voxels listed do not fit */
 } stale_round;
 
-static void bind_pass(kd_gpu *gpu, const kd_voxel_scene *scene, const uint32_t pass[4])
+static void bind_pass(kd_gpu *gpu, const kd_voxel_scene *scene, const uint32_t *pass, size_t size)
 {
-    kd_gpu_bind_uniform(gpu, 0, pass, 16);
+    kd_gpu_bind_uniform(gpu, 0, pass, size);
     kd_gpu_bind_uniform(gpu, 1, &scene->stale_places, sizeof scene->stale_places);
 }
 
-/* What is listed, to the parents of a round. */
+/* What is listed, to the parents of a round; cells of the patches in `marks` are marked. */
 static void link_round(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const kd_voxel_scene *scene,
-                       stale_round r)
+                       stale_round r, svo_marks marks)
 {
-    uint32_t pass[4] = {r.first, r.count, svo->entry_room, r.in_turn};
+    uint32_t pass[8] = {r.first, r.count, svo->entry_room, r.in_turn, marks.first, marks.count};
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
-    kd_gpu_fill_buffer(gpu, svo->fresh_heads, 0, (size_t)r.count * PATCH_PARENTS * 4, KD_EMPTY);
+    if (r.count)
+        kd_gpu_fill_buffer(gpu, svo->fresh_heads, 0, (size_t)r.count * PATCH_PARENTS * 4, KD_EMPTY);
+    if (marks.count)
+        kd_gpu_fill_buffer(gpu, svo->fresh, 0, (size_t)marks.count * 32, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     if (!scene->pages[KD_LAYER_STATIC].segment_count)
         return;
-    bind_pass(gpu, scene, pass);
+    bind_pass(gpu, scene, pass, sizeof pass);
     kd_rigid_access_bind(gpu, &state->rigid, scene);
     kd_texel_view_bind(gpu, &state->shape_view, KD_RIGID_VIEWS, scene->cache_shape, KD_RG32UI);
     kd_texel_view_bind(gpu, &state->color_view, KD_RIGID_VIEWS + 1, scene->cache_color, KD_R32UI);
@@ -68,11 +71,12 @@ static void take_none(kd_gpu *gpu, const kd_voxel_scene *scene, uint32_t own)
 }
 
 /* Chain a round, with more room when it asks for it, or as a smaller round where there is none. */
-static void link_all(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, stale_round *r)
+static void link_all(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, stale_round *r,
+                     svo_marks marks)
 {
     uint64_t most = svo->most_bytes / ENTRY_BYTES;
     for (;;) {
-        link_round(gpu, state, svo, scene, *r);
+        link_round(gpu, state, svo, scene, *r, marks);
         asked a = read_asked(gpu, scene);
         uint32_t had = svo->entry_room, want = a.entries < most ? a.entries : (uint32_t)most;
         state->entries.wanted = want > state->entries.wanted ? want : state->entries.wanted;
@@ -96,14 +100,33 @@ static uint32_t most_patches(const kd_svo *svo)
     return (uint32_t)(svo->most_bytes / (PATCH_PARENTS * 4));
 }
 
+/* Patches from the `first` on for whose marks there is room. */
+static svo_marks marks_from(const kd_svo *svo, const kd_voxel_scene *scene, uint32_t first)
+{
+    uint32_t left = scene->stale_patch_count - first, room = svo->fresh_words / 8;
+    return (svo_marks){first, left < room ? left : room};
+}
+
+bool svo_next_marks(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene, svo_marks *marks)
+{
+    uint32_t first = marks->first + marks->count;
+    if (first >= scene->stale_patch_count)
+        return false;
+    *marks = marks_from(svo, scene, first);
+    if (state->marked != first)
+        link_round(gpu, state, svo, scene, (stale_round){0, 0, true}, *marks);
+    state->marked = first;
+    return true;
+}
+
 void svo_link_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel_scene *scene)
 {
     uint32_t patches = scene->stale_patch_count, most = most_patches(svo);
     stale_round r = {0, patches < most ? patches : most, false};
     svo_reserve_entries(gpu, svo, svo->entry_room); /* objects of entries, if something glows now */
-    kd_gpu_fill_buffer(gpu, svo->fresh, 0, (size_t)patches * 32, 0);
-    link_all(gpu, state, svo, scene, &r);
+    link_all(gpu, state, svo, scene, &r, marks_from(svo, scene, 0));
     state->linked = r.count;
+    state->marked = 0;
     state->bytes_build += (uint64_t)patches * (32 + PATCH_PARENTS * 4) + (uint64_t)state->entries.wanted * 64;
 }
 
@@ -111,7 +134,7 @@ static void make_cells(kd_gpu *gpu, svo_state *state, const kd_svo *svo, const k
                        stale_round r)
 {
     uint32_t pass[4] = {r.first, r.count, 0, svo_levels(svo) - 1};
-    bind_pass(gpu, scene, pass);
+    bind_pass(gpu, scene, pass, sizeof pass);
     kd_texel_view_bind(gpu, &state->entry_view, 0, svo->entries, KD_RGBA32UI);
     kd_texel_view_bind(gpu, &state->glow_view, 1, svo->entry_glows, KD_R32UI);
     kd_texel_view_bind(gpu, &state->object_view, 2, scene->object_params, KD_RGBA32F);
@@ -142,6 +165,6 @@ void svo_build_static(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
             return;
         r.count = patches - r.first < r.count ? patches - r.first : r.count;
         take_none(gpu, scene, 0);
-        link_all(gpu, state, svo, scene, &r);
+        link_all(gpu, state, svo, scene, &r, (svo_marks){0, 0});
     }
 }

@@ -161,14 +161,15 @@ kd_status svo_reserve_sums(kd_gpu *gpu, kd_svo *svo, uint32_t cells)
     return reserve(gpu, &svo->sums, &svo->sum_capacity, cells, KD_SUM_WORDS * 4, "svo.sums");
 }
 
-kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint32_t words)
+kd_status svo_reserve_fresh(kd_gpu *gpu, kd_svo *svo, uint64_t words)
 {
     if (!words)
         return KD_OK;
-    uint64_t heads = (uint64_t)words * 16, most = svo->most_bytes / 128 * 128;
+    uint64_t heads = words * 16, most = svo->most_bytes / 128 * 128;
+    uint32_t marks = (uint32_t)(words * 4 < most ? words : most / 4);
     kd_status status =
         kd_gpu_ensure_buffer(gpu, &svo->fresh_heads, heads < most ? heads : most, 0, "svo.fresh");
-    return status ? status : reserve(gpu, &svo->fresh, &svo->fresh_words, words, 4, "svo.fresh");
+    return status ? status : reserve(gpu, &svo->fresh, &svo->fresh_words, marks, 4, "svo.fresh");
 }
 
 kd_status svo_reserve_entries(kd_gpu *gpu, kd_svo *svo, uint32_t entries)

@@ -108,14 +108,14 @@ static void prepare(kd_system_context *context)
     }
     svo->again = false;
     svo_allow(context->gpu, state, svo, settings->svo_memory); /* before what is sized by what is allowed */
-    uint32_t fresh_words = scene->static_changed ? scene->stale_patch_count * 8 : 0;
+    uint64_t fresh_words = scene->static_changed ? 8ull * scene->stale_patch_count : 0;
     if (svo->uniform.id && svo_reserve_fresh(context->gpu, svo, fresh_words) != KD_OK) {
         kd_log(KD_LOG_ERROR, "octree: no memory to bring %u patches of cells in; there is no indirect light",
                scene->stale_patch_count);
         svo_destroy(context->gpu, svo);
         svo->failed = true;
     }
-    state->fresh.wanted = fresh_words;
+    state->fresh.wanted = (uint32_t)(fresh_words < svo->fresh_words ? fresh_words : svo->fresh_words);
     if (svo->uniform.id && svo_reserve_emission(context->gpu, svo, scene->brightest_emission > 0) != KD_OK)
         svo_say_once(state, SVO_SAID_GLOW,
                      "octree: no memory for what glows; it lights nothing; raise voxels.span");

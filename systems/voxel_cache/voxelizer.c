@@ -18,7 +18,12 @@ struct pass_params {
     kd_gl_uvec4 chunk_size, source, dest;
 };
 
-enum { SUM_WORDS = 16, PASS_THIN = 2, PASS_LONE = 4 };
+enum {
+    SUM_WORDS = 16,
+    PASS_THIN = 2,
+    PASS_LONE = 4,
+    ROWS_ALIGNED = 256 /* so many rows of whole words begin where GL lets a range begin */
+};
 
 uint32_t voxelizer_flags(const kd_voxel_scene *scene, const kd_voxel_cache *cache)
 {
@@ -85,11 +90,12 @@ static kd_status ensure(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t size, const c
     return kd_gpu_ensure_buffer(gpu, buffer, size, 0, name);
 }
 
-/* Grow the cache by half: buffers are copied when they grow, so few growths matter more than a tight fit. */
-static kd_status grow(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t want, const char *name)
+/* Grow the cache by half: buffers are copied when they grow, so few growths matter more than a tight fit.
+ * Shaders read it as texels, and write the voxels of one chunk at a time. */
+static kd_status grow(kd_gpu *gpu, kd_gpu_buffer *buffer, size_t want, size_t texel_bytes, const char *name)
 {
     size_t have = buffer->id ? kd_gpu_buffer_size(gpu, *buffer) : 0;
-    size_t most = (size_t)kd_gpu_get_info(gpu)->max_ssbo_bytes;
+    size_t most = (size_t)kd_gpu_get_info(gpu)->max_texels * texel_bytes;
     if (want <= have)
         return KD_OK;
     if (want > most)
@@ -103,11 +109,11 @@ kd_status voxelizer_take(kd_gpu *gpu, kd_voxel_scene *scene, uint32_t voxels, ui
 {
     size_t ends = (size_t)kd_ranges_bound(&scene->voxel_places, voxels), word = KD_BINDING_WORDS * 4;
     size_t bound = (size_t)kd_ranges_bound(&scene->binding_places, bindings);
-    kd_status status = grow(gpu, &scene->cache_shape, ends * 8, "voxels.shape");
+    kd_status status = grow(gpu, &scene->cache_shape, ends * 8, 8, "voxels.shape");
     if (!status)
-        status = grow(gpu, &scene->cache_color, ends * 4, "voxels.color");
+        status = grow(gpu, &scene->cache_color, ends * 4, 4, "voxels.color");
     if (!status)
-        status = grow(gpu, &scene->cache_binding, (bound ? bound : 1) * word, "voxels.binding");
+        status = grow(gpu, &scene->cache_binding, (bound ? bound : 1) * word, 4, "voxels.binding");
     if (status)
         return status;
     chunk->first = kd_ranges_take(&scene->voxel_places, voxels);
@@ -234,23 +240,35 @@ static void accumulate(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, c
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
 }
 
+/* Bind the part of a table in which a chunk's rows lie, which may be larger than what can be bound at once.
+ * Returns the place of the first row in what is bound. */
+static uint32_t bind_rows(kd_gpu *gpu, uint32_t binding, kd_gpu_buffer table, uint32_t first, uint32_t count,
+                          size_t row_bytes)
+{
+    uint32_t from = first / ROWS_ALIGNED * ROWS_ALIGNED;
+    kd_gpu_bind_storage_range(gpu, binding, table, from * row_bytes, (first - from + count) * row_bytes);
+    return first - from;
+}
+
 static void pack(kd_gpu *gpu, voxelizer *v, const kd_voxel_scene *scene, struct pass_params pass,
-                 uint32_t words)
+                 const kd_voxel_chunk *chunk, uint32_t words)
 {
     pass.chunk_size.w = words;
+    bind_rows(gpu, 3, scene->cache_shape, chunk->first, chunk->count, 8);
+    pass.dest.x = bind_rows(gpu, 4, scene->cache_color, chunk->first, chunk->count, 4);
     kd_gpu_bind_uniform(gpu, 0, &pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, v->mask);
     kd_gpu_bind_storage(gpu, 1, v->ranks);
     kd_gpu_bind_storage(gpu, 2, v->sums);
-    kd_gpu_bind_storage(gpu, 3, scene->cache_shape);
-    kd_gpu_bind_storage(gpu, 4, scene->cache_color);
     kd_gpu_dispatch_linear(gpu, v->pack, (words + 63) / 64);
 }
 
 static void bind(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const kd_voxel_scene *scene,
-                 struct pass_params pass, uint32_t words)
+                 struct pass_params pass, const kd_voxel_chunk *chunk, uint32_t words)
 {
     pass.chunk_size.w = words;
+    pass.dest.y =
+        bind_rows(gpu, 7, scene->cache_binding, chunk->first_binding, chunk->count, KD_BINDING_WORDS * 4);
     kd_gpu_bind_uniform(gpu, 0, &pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, store->geometry);
     kd_gpu_bind_storage(gpu, 2, store->indices);
@@ -258,7 +276,6 @@ static void bind(kd_gpu *gpu, voxelizer *v, const kd_scene_store *store, const k
     kd_gpu_bind_storage(gpu, 4, v->ranks);
     kd_gpu_bind_storage(gpu, 5, v->nearest);
     kd_gpu_bind_storage(gpu, 6, store->skins_buffer.id ? store->skins_buffer : v->nearest);
-    kd_gpu_bind_storage(gpu, 7, scene->cache_binding);
     kd_gpu_dispatch_linear(gpu, v->bind, (words + 63) / 64);
 }
 
@@ -289,15 +306,13 @@ static kd_status fill_chunk(kd_gpu *gpu, voxelizer *v, const kd_scene_store *sto
     status = make_room(gpu, v, scene, count, bindings, chunk);
     if (status)
         return status;
-    pass->dest.x = chunk->first;
-    pass->dest.y = chunk->first_binding;
     kd_gpu_fill_buffer(gpu, v->sums, 0, (size_t)count * SUM_WORDS * 4, 0);
     kd_gpu_fill_buffer(gpu, v->nearest, 0, (size_t)count * 4, 0);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
     accumulate(gpu, v, store, pass, program);
-    pack(gpu, v, scene, *pass, words);
+    pack(gpu, v, scene, *pass, chunk, words);
     if (bindings)
-        bind(gpu, v, store, scene, *pass, words);
+        bind(gpu, v, store, scene, *pass, chunk, words);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_BUFFER_UPDATE);
     return KD_OK;
 }

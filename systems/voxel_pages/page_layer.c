@@ -96,14 +96,14 @@ static void dispatch_list(kd_gpu *gpu, page_programs *programs, kd_gpu_program p
 }
 
 /* Boxes of the groups of voxels in the segments that were just allocated. */
-static void bound_groups(kd_gpu *gpu, const page_programs *programs, const kd_voxel_scene *scene,
+static void bound_groups(kd_gpu *gpu, page_programs *programs, const kd_voxel_scene *scene,
                          const page_layer *layer)
 {
     uint32_t pass[4] = {layer->in.count, 0, 0, 0};
     kd_gpu_bind_uniform(gpu, 0, pass, sizeof pass);
     kd_gpu_bind_storage(gpu, 0, programs->requests);
     kd_gpu_bind_storage(gpu, 1, layer->slots);
-    kd_gpu_bind_storage(gpu, 2, scene->cache_shape);
+    kd_texel_view_bind(gpu, &programs->shape_view, 0, scene->cache_shape, KD_RG32UI);
     kd_gpu_bind_storage(gpu, 3, scene->pages[KD_LAYER_STATIC].bounds);
     kd_gpu_dispatch_linear(gpu, programs->bounds, (layer->in.count * KD_SEGMENT_GROUPS + 63) / 64);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE);
@@ -192,5 +192,6 @@ void page_programs_fini(page_programs *programs, kd_gpu *gpu)
     kd_gpu_destroy_program(gpu, programs->allocate);
     kd_gpu_destroy_program(gpu, programs->free);
     kd_gpu_destroy_program(gpu, programs->bounds);
+    kd_texel_view_fini(gpu, &programs->shape_view);
     kd_gpu_destroy_buffer(gpu, programs->requests);
 }

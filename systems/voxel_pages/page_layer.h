@@ -1,6 +1,7 @@
 #ifndef KD_SYSTEMS_VOXEL_PAGES_PAGE_LAYER_H
 #define KD_SYSTEMS_VOXEL_PAGES_PAGE_LAYER_H
 
+#include "components/pose_access.h"
 #include "components/voxel_scene.h"
 
 /* The pages of one layer on the GPU: segments that come and go ask in lists, the GPU hands out the slots. */
@@ -32,6 +33,7 @@ typedef struct page_layer {
 typedef struct page_programs {
     kd_gpu_program allocate, free, bounds;
     kd_gpu_buffer requests;
+    kd_texel_view shape_view;
 } page_programs;
 
 /** Errors KD_GPU */

@@ -199,11 +199,12 @@ static void set_bits(stale_parts *stale, const kd_voxel_scene *scene, const stru
             }
 }
 
-/* A brick is a bit, a byte or two words of leaf parents. */
+/* A brick is a bit, a byte, two or sixteen words of leaf parents. */
 static void list_patches(stale_parts *stale, const kd_voxel_scene *scene)
 {
     uint32_t words = scene->cascade_count * KD_DENSE_WORDS, *out = stale->patches, n = 0;
-    uint32_t levels = scene->resolution_log2 - KD_DENSE_LOG2;
+    uint32_t levels = scene->resolution_log2 - KD_DENSE_LOG2,
+             of_brick = levels > 2 ? 1u << (3 * levels - 8) : 0;
     for (uint32_t w = 0; w < words; w++) {
         uint32_t bits = stale->bits[w];
         if (levels == 1 && bits)
@@ -211,11 +212,9 @@ static void list_patches(stale_parts *stale, const kd_voxel_scene *scene)
         for (uint32_t i = 0; levels == 2 && i < 8 && bits; i++)
             if (bits >> (4 * i) & 15)
                 out[n++] = w * 8 + i;
-        for (uint32_t i = 0; levels == 3 && i < 32 && bits; i++)
-            if (bits >> i & 1) {
-                out[n++] = (w * 32 + i) * 2;
-                out[n++] = (w * 32 + i) * 2 + 1;
-            }
+        for (uint32_t i = 0; levels > 2 && i < 32 && bits; i++)
+            for (uint32_t k = 0; k < of_brick && bits >> i & 1; k++)
+                out[n++] = (w * 32 + i) * of_brick + k;
     }
     stale->patch_count = n;
 }

@@ -139,8 +139,8 @@ static void set_refuses_malformed_values(void **state)
     assert_refused("cones.count=4.5", "whole number");
     assert_refused("specular.cones=maybe", "on or off");
     assert_refused("view.tonemap=filmic", "aces, reinhard or linear");
-    assert_refused("voxels.resolution=100", "128, 256 or 512");
-    assert_refused("voxels.resolution=0x80", "128, 256 or 512");
+    assert_refused("voxels.resolution=100", "128, 256, 512 or 1024");
+    assert_refused("voxels.resolution=0x80", "128, 256, 512 or 1024");
 }
 
 static void set_refuses_malformed_assignments(void **state)

@@ -9,9 +9,8 @@ static const uint32_t resolutions[] = {64, 128, 256, 512, 1024};
 enum { RESOLUTIONS = sizeof resolutions / sizeof *resolutions, CASCADES = 3 };
 
 /* Why cascades of a resolution cannot be had here; NULL when they can. */
-static const char *missing(const voxel_bench *b, uint32_t resolution, char *text, size_t size)
+static const char *missing(uint32_t resolution, char *text, size_t size)
 {
-    double mask = (double)CASCADES * resolution * resolution * resolution / 8;
     char word[16];
     bool offered = false;
     const char *key = "voxels.resolution";
@@ -21,11 +20,6 @@ static const char *missing(const voxel_bench *b, uint32_t resolution, char *text
         offered = offered || strcmp(*w, word) == 0;
     if (resolution <= KD_DENSE)
         snprintf(text, size, "it has no sparse level: the dense one has %d^3 cells already", KD_DENSE);
-    else if (mask > (double)b->max_ssbo_bytes)
-        snprintf(
-            text, size,
-            "a mask of all cells, for what comes anew, takes %.0f MiB, and a shader may bind %.0f MiB here",
-            mask / 1048576, (double)b->max_ssbo_bytes / 1048576);
     else if (!offered)
         snprintf(text, size, "the setting %s does not offer it", key);
     else
@@ -55,7 +49,7 @@ kd_status voxel_bench_cascades(const voxel_bench *b)
         snprintf(name, sizeof name, "cascades/%u", n);
         if (!voxel_bench_wanted(b, name))
             continue;
-        if (missing(b, n, why[left_out], sizeof why[left_out])) {
+        if (missing(n, why[left_out], sizeof why[left_out])) {
             left[left_out++] = n;
             continue;
         }
