@@ -125,18 +125,19 @@ static void chunk_of_many_cells_is_packed_in_full(void **state)
     voxel_close(&v);
 }
 
-/* Voxelize the first chunk of the world once more, while the driver takes no more than `limit` bytes a
- * buffer.
+/* Voxelize the first chunk of the world once more, while the driver binds no more than `limit` bytes of
+ * a buffer, and reads `texels` of one.
  */
-static kd_status again(voxel_world *v, voxelizer *tool, int64_t limit, kd_voxel_chunk *chunk)
+static kd_status again(voxel_world *v, voxelizer *tool, int64_t limit, int64_t texels, kd_voxel_chunk *chunk)
 {
     kd_voxel_scene *scene = kd_singleton(v->world, kd_voxel_scene);
-    int64_t driver = voxel_gpu->info.max_ssbo_bytes;
+    kd_gpu_info driver = voxel_gpu->info;
     *chunk = scene->chunks[cache_of(v)->first_chunk];
     voxel_gpu->info.max_ssbo_bytes = limit;
+    voxel_gpu->info.max_texels = texels;
     kd_status status =
         voxelizer_run(voxel_gpu, tool, kd_singleton(v->world, kd_scene_store), cache_of(v), scene, chunk);
-    voxel_gpu->info.max_ssbo_bytes = driver;
+    voxel_gpu->info = driver;
     return status;
 }
 
@@ -144,7 +145,7 @@ static void assert_left_out(voxel_world *v, voxelizer *tool, int64_t limit, kd_s
 {
     uint32_t had = voxel_scene(v)->cached_voxels;
     kd_voxel_chunk chunk;
-    assert_int_equal(again(v, tool, limit, &chunk), why);
+    assert_int_equal(again(v, tool, limit, limit / 8, &chunk), why);
     assert_int_equal(chunk.count, 0);
     assert_int_equal(voxel_scene(v)->cached_voxels, had);
     assert_packed(v, &voxel_scene(v)->chunks[cache_of(v)->first_chunk]);
@@ -163,12 +164,17 @@ static void voxels_that_no_buffer_holds_are_left_out_whole(void **state)
     assert_int_equal(voxelizer_init(voxel_gpu, &tool), KD_OK);
     assert_left_out(&v, &tool, limit - 2000, KD_OUT_OF_RANGE);
     for (uint32_t n = 1; n < 8; n++) {
-        assert_int_equal(again(&v, &tool, limit, &chunk), KD_OK);
+        assert_int_equal(again(&v, &tool, limit, limit / 8, &chunk), KD_OK);
         assert_int_equal(chunk.count, count);
         assert_int_equal(chunk.first, n * count);
         assert_packed(&v, &chunk);
     }
     assert_left_out(&v, &tool, limit, KD_TOO_LARGE);
+    assert_packed(&v, &chunk);
+    /* more of them than a pass may bind at once, but not than may be read */
+    assert_int_equal(again(&v, &tool, limit, limit, &chunk), KD_OK);
+    assert_int_equal(chunk.first, 8 * count);
+    assert_true(kd_gpu_buffer_size(voxel_gpu, voxel_scene(&v)->cache_shape) > (size_t)limit);
     assert_packed(&v, &chunk);
     voxelizer_fini(voxel_gpu, &tool);
     voxel_close(&v);
