@@ -44,6 +44,7 @@ typedef struct kd_gi_targets {
         samples;  /* resource "gi.samples": samples taken, KD_CONE_COUNTERS in shaders/shared/gather.h */
     bool counted; /* this frame's were */
     uint32_t width, height;
+    float unit; /* what both are multiplied by to be light: 1, or a power of two under bright lamps */
 } kd_gi_targets;
 KD_COMPONENT_DECLARE(kd_gi_targets);
 

@@ -127,7 +127,8 @@ void trace_pixel(ivec2 at, int n)
     vec3 reach = vec3(tree.cascade[outer].w * float(tree_resolution()) * 0.5 * (1.0 - 4.0 / float(KD_DENSE)));
     vec3 origin = clamp(s.position_ws + face * (gather.cone.w * span), tree.centre.xyz - reach, tree.centre.xyz + reach);
     vec4 diffuse = trace_diffuse(s.position_ws, origin, s.normal_ws, span, at);
-    imageStore(diffuse_out, at, diffuse);
+    float kept = gather.refine.y;
+    imageStore(diffuse_out, at, diffuse * vec4(vec3(kept), 1.0));
     // A rough surface's lobe is about as wide as the hemisphere: the diffuse cones have seen it already, and smooth.comp takes
     // the smoothed diffuse light.
     vec4 specular = vec4(diffuse.rgb, KD_TRACED_ROUGH);
@@ -135,6 +136,6 @@ void trace_pixel(ivec2 at, int n)
     if (gather.flags.x != 0u && s.roughness < KD_GATHER_ROUGH)
         specular = vec4(trace_specular(s.position_ws, origin, s, view, span), KD_TRACED_GLOSSY);
 #endif
-    imageStore(specular_out, at, specular);
+    imageStore(specular_out, at, specular * vec4(vec3(kept), 1.0));
     count_pixel(at * n);
 }

@@ -23,6 +23,7 @@ layout(binding = KD_UNIT_BLENDED_TINT) uniform sampler2D hidden_map;
 layout(binding = 0, LAYERS_FORMAT) uniform image2DArray slices;
 
 #define GATHERED_IS_THERE (film.mode.w != 0u)
+#define GATHERED_UNIT film.weight.y
 #include "shaders/resolve/gathered.glsl"
 
 struct parts {

@@ -2,7 +2,7 @@
 #define KD_RESOLVE_GATHERED_GLSL
 
 /* Light that arrives at a pixel from all around. The includer has surface.glsl's, view.glsl's and sky.glsl's, and
- * defines GATHERED_IS_THERE: whether the GI targets hold light. */
+ * defines GATHERED_IS_THERE: whether the GI targets hold light, and GATHERED_UNIT: what it is multiplied by. */
 
 layout(binding = KD_UNIT_GI_DIFFUSE) uniform sampler2D gi_diffuse;
 layout(binding = KD_UNIT_GI_SPECULAR) uniform sampler2D gi_specular;
@@ -13,7 +13,8 @@ const float HEMISPHERE = 2.0; /* tangent of the widest cones of a sky, which sta
  * have added the sky already. */
 vec4 gathered_diffuse(surface s, ivec2 pixel)
 {
-    return GATHERED_IS_THERE ? texelFetch(gi_diffuse, pixel, 0) : vec4(sky_cone(s.normal_ws, HEMISPHERE), 1.0);
+    return GATHERED_IS_THERE ? texelFetch(gi_diffuse, pixel, 0) * vec4(vec3(GATHERED_UNIT), 1.0)
+                             : vec4(sky_cone(s.normal_ws, HEMISPHERE), 1.0);
 }
 vec3 gathered_specular(surface s, ivec2 pixel)
 {
@@ -22,7 +23,7 @@ vec3 gathered_specular(surface s, ivec2 pixel)
 #else
     float roughness = s.roughness;
 #endif
-    return GATHERED_IS_THERE ? texelFetch(gi_specular, pixel, 0).rgb
+    return GATHERED_IS_THERE ? texelFetch(gi_specular, pixel, 0).rgb * GATHERED_UNIT
                              : sky_cone(reflect(view_direction(s.position_ws), s.normal_ws), roughness * roughness);
 }
 

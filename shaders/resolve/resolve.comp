@@ -21,6 +21,7 @@ layout(binding = 0, rgba16f) uniform writeonly image2D hdr_image;
 layout(binding = 1, rgba8) uniform writeonly image2D ldr_image;
 
 #define GATHERED_IS_THERE (params.mode.z != 0u)
+#define GATHERED_UNIT params.gathered.x
 #include "shaders/resolve/gathered.glsl"
 
 vec3 background(ivec2 pixel)

@@ -21,7 +21,7 @@ struct kd_film_params {
     uvec4 mode;  /* x: rendered pixels along an axis, y: 1 in the first sub-frame, z: 1 in the last, w: 1 when
                     the GI targets hold light */
     /* ---- 16 */
-    vec4 weight; /* x: of one rendered pixel; yzw 0 */
+    vec4 weight; /* x: of one rendered pixel, y: unit of the light in the GI targets; zw 0 */
     /* ---- 32 */
     mat4 previous_view_projection;
     /* ---- 96 */

@@ -13,7 +13,8 @@ struct kd_gather_params {
     vec4 cone;       /* x: tan(aperture/2), y: step in diameters, z: largest distance m, w: start in voxels */
     vec4 light;      /* x: intensity, y: AO falloff 1/m, z: AO intensity, w: width of far cones, of the opening */
     uvec4 flags;     /* x: 1 traces glossy cones, y: texels of the guide a traced pixel, z: kd_cones_interpolation, as compiled */
-    vec4 refine;     /* x: relative difference of neighbours from which pixels between them are traced */
+    vec4 refine;     /* x: relative difference of neighbours from which pixels between them are traced, y: factor
+                        on light while it is kept, a power of two */
     /* ---- 80 */
     vec4 cones[KD_MAX_CONES * KD_CONE_SETS]; /* xyz: direction round +Z, w: weight; those of a set add up to 1 */
     /* ---- 1104 */

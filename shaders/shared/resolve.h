@@ -29,8 +29,10 @@ struct kd_resolve_params {
     uvec4 mode; /* x: KD_SHOW_* by which the tone map treats the picture, y: KD_CURVE_*, z: 1 when the GI
                    targets hold light (of costs: samples of the hottest colour), w: groups of luminance */
     /* ---- 16 */
+    vec4 gathered; /* x: unit of the light in the GI targets; yzw 0 */
+    /* ---- 32 */
 };
-KD_LAYOUT_CHECK(kd_resolve_params, 16)
+KD_LAYOUT_CHECK(kd_resolve_params, 32)
 
 #include "shaders/shared/layout_end.h"
 

@@ -15,6 +15,7 @@
 #include "components/sky.h"
 #include "components/svo.h"
 #include "components/tree_access.h"
+#include "components/voxel_scene.h"
 #include "runtime/core/log.h"
 #include "runtime/gpu/work_list.h"
 #include "shaders/shared/bindings.h"
@@ -65,16 +66,15 @@ static void fit_targets(kd_gpu *gpu, kd_gi_targets *gi, uint32_t width, uint32_t
 /* Narrow cones along the normal stand at four places round it. */
 #define CAP_TILT 0.25f
 
-static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tree, uint32_t width,
-                                         uint32_t height)
+static struct kd_gather_params params_of(const kd_settings *s, const kd_tree *tree, const kd_gi_targets *gi)
 {
     struct kd_gather_params p = {
-        .size = {width, height, (uint32_t)s->cones_resolution, (uint32_t)s->cones_count},
+        .size = {gi->width, gi->height, (uint32_t)s->cones_resolution, (uint32_t)s->cones_count},
         .cone = {tanf(s->cones_aperture_deg * (3.14159265f / 360)), s->cones_step,
                  kd_tree_cone_length(tree, s), s->cones_start},
         .light = {s->cones_intensity, s->ao_falloff, s->ao_intensity, s->cones_far},
         .flags = {s->specular_cones ? 1u : 0u, 0, (uint32_t)s->cones_interpolation, 0},
-        .refine = {s->cones_refine, 0, 0, 0},
+        .refine = {s->cones_refine, 1 / gi->unit, 0, 0},
     };
     kd_cone_set_make(p.cones, p.size.w, CONE_TILT, s->cones_far < 1 ? CAP_TILT : 0);
     return p;
@@ -290,7 +290,8 @@ static void run(kd_system_context *context)
         return;
     fit_targets(gpu, gi, frame->width, frame->height);
     begin_counts(gpu, state, gi);
-    struct kd_gather_params params = params_of(&frame->settings, tree, frame->width, frame->height);
+    gi->unit = fmaxf(kd_singleton(w, kd_voxel_scene)->stored_unit, 1);
+    struct kd_gather_params params = params_of(&frame->settings, tree, gi);
     bind_gbuffer(gpu, kd_singleton(w, kd_gbuffer), kd_singleton(w, kd_lighting));
     kd_tree_bind(gpu, tree);
     kd_emitters_bind(gpu, kd_singleton(w, kd_emitters));
@@ -365,32 +366,33 @@ kd_status kd_cone_trace_import(kd_schedule *s)
     gather_state *state = calloc(1, sizeof *state);
     if (!state)
         return KD_NO_MEMORY;
-    return kd_schedule_add(
-        s, &(kd_system_desc){
-               .name = "gather_cones",
-               .phase = KD_PHASE_GATHER,
-               .where = KD_ON_GPU,
-               .components = {KD_USES(kd_tree), KD_USES(kd_gbuffer), KD_USES(kd_lighting), KD_USES(kd_frame),
-                              KD_USES(kd_emitters), KD_USES(kd_sky_light), KD_USES(kd_view),
-                              KD_USES(kd_light_jump), KD_CHANGES(kd_svo), KD_CHANGES(kd_gi_targets)},
-               .resources = {{"tree.uniform", KD_USE_UNIFORM},
-                             {"tree.radiance", KD_USE_SAMPLED},
-                             {"tree.nodes", KD_USE_SAMPLED},
-                             {"tree.leaves", KD_USE_SAMPLED},
-                             {"tree.data", KD_USE_SAMPLED},
-                             {"emitters", KD_USE_UNIFORM},
-                             {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
-                             {"gbuffer", KD_USE_SAMPLED},
-                             {"lights.uniform", KD_USE_UNIFORM},
-                             {"light.jump", KD_USE_STORAGE_READ},
-                             {"svo.changes", KD_USE_STORAGE_READ},
-                             {"gi", KD_USE_IMAGE_WRITE},
-                             {"gi.samples", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
-               .run_if = gi_is_cones,
-               .no_commands = true,
-               .run = run,
-               .init = init,
-               .fini = fini,
-               .user = state,
-           });
+    return kd_schedule_add(s,
+                           &(kd_system_desc){
+                               .name = "gather_cones",
+                               .phase = KD_PHASE_GATHER,
+                               .where = KD_ON_GPU,
+                               .components = {KD_USES(kd_tree), KD_USES(kd_voxel_scene), KD_USES(kd_gbuffer),
+                                              KD_USES(kd_lighting), KD_USES(kd_frame), KD_USES(kd_emitters),
+                                              KD_USES(kd_sky_light), KD_USES(kd_view), KD_USES(kd_light_jump),
+                                              KD_CHANGES(kd_svo), KD_CHANGES(kd_gi_targets)},
+                               .resources = {{"tree.uniform", KD_USE_UNIFORM},
+                                             {"tree.radiance", KD_USE_SAMPLED},
+                                             {"tree.nodes", KD_USE_SAMPLED},
+                                             {"tree.leaves", KD_USE_SAMPLED},
+                                             {"tree.data", KD_USE_SAMPLED},
+                                             {"emitters", KD_USE_UNIFORM},
+                                             {"sky", KD_USE_UNIFORM | KD_USE_SAMPLED},
+                                             {"gbuffer", KD_USE_SAMPLED},
+                                             {"lights.uniform", KD_USE_UNIFORM},
+                                             {"light.jump", KD_USE_STORAGE_READ},
+                                             {"svo.changes", KD_USE_STORAGE_READ},
+                                             {"gi", KD_USE_IMAGE_WRITE},
+                                             {"gi.samples", KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE}},
+                               .run_if = gi_is_cones,
+                               .no_commands = true,
+                               .run = run,
+                               .init = init,
+                               .fini = fini,
+                               .user = state,
+                           });
 }

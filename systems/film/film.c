@@ -46,7 +46,8 @@ static struct kd_film_params params_of(kd_system_context *context)
     uint32_t n = kd_film_scale(film), moments = film->sub_frames ? film->sub_frames : 1;
     struct kd_film_params params = {
         .mode = {n, film->sub_frame == 0, kd_film_is_last(film), gi_is_there(context)},
-        .weight = {.x = 1.0f / ((float)n * (float)n * (float)moments)}};
+        .weight = {1.0f / ((float)n * (float)n * (float)moments),
+                   kd_singleton(context->world, kd_gi_targets)->unit, 0, 0}};
     memcpy(params.previous_view_projection.m, kd_singleton(context->world, kd_motion)->view_projection.m,
            sizeof params.previous_view_projection.m);
     return params;

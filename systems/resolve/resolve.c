@@ -58,7 +58,8 @@ struct kd_resolve_params resolve_params(kd_system_context *context)
 {
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
     return (struct kd_resolve_params){
-        .mode = {resolve_show(frame), (uint32_t)frame->settings.view_tonemap, has_gi(context) ? 1 : 0, 0}};
+        .mode = {resolve_show(frame), (uint32_t)frame->settings.view_tonemap, has_gi(context) ? 1 : 0, 0},
+        .gathered = {.x = kd_singleton(context->world, kd_gi_targets)->unit}};
 }
 
 bool resolve_measures(const kd_frame *frame)

@@ -76,10 +76,41 @@ static void a_picture_of_very_bright_light_is_not_cut_off(void **state)
     assert_same_file("four.png", "bright.png");
 }
 
+/* A white corner in the light of half a million candela, and of four: light that is gathered is kept in the
+ * unit of the tree, of which four candela near by have another multiple. The darker view of the bright one is
+ * the other one within the steps of the numbers. */
+static void gathered_light_is_not_cut_off(void **state)
+{
+    static const char corner[] =
+        "kandil.scene { size = {48, 48}, gi = 'cones', exposure_ev = %d }\n"
+        "local white = { base_color = {0.8, 0.8, 0.8} }\n"
+        "kandil.spawn { mesh = { shape = 'box', size = {2, 0.2, 2} }, transform = { position = {0, -0.1, 0} "
+        "}, "
+        "material = white }\n"
+        "kandil.spawn { mesh = { shape = 'box', size = {2, 2, 0.2} }, transform = { position = {0, 1, -1} }, "
+        "material = white }\n"
+        "kandil.spawn { light = { type = 'point', intensity = 4 * 2 ^ %d }, transform = { position = {0, "
+        "0.6, "
+        "-0.4} } }\n"
+        "kandil.spawn { camera = {}, transform = { position = {0, 0.8, 2}, look_at = {0, 0.5, 0} } }\n";
+    (void)state;
+    image_render(image_scenario("four.lua", corner, -2, 0), "--frames", "4", "--view", "indirect", "--out",
+                 image_path("four.png"));
+    image_render(image_scenario("bright.lua", corner, -19, 17), "--frames", "4", "--view", "indirect",
+                 "--out", image_path("bright.png"));
+    image four = image_read("four.png"), bright = image_read("bright.png");
+    image_error error = image_difference(four, bright);
+    assert_double_above(image_mean_all(four), 0.1);
+    assert_double_below(error.mean, 0.002);
+    image_free(&four);
+    image_free(&bright);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(light_that_bounces_outlives_the_unit),
+        cmocka_unit_test(gathered_light_is_not_cut_off),
         cmocka_unit_test(a_picture_of_very_bright_light_is_not_cut_off),
     };
     return cmocka_run_group_tests(tests, image_setup, image_teardown);
