@@ -102,9 +102,13 @@ static const shadow_pose *take_pose(const culling *c, kd_entity e, bool deforms)
 
 /* ---- casters ---- */
 
-static bool batch_is(const kd_scene_store *store, const kd_draw_batch *batch, kd_alpha_mode mode)
+/* How a batch casts: what is blended as a cut-out of the parts that are more than half opaque, as it enters
+ * the tree too; KD_ALPHA_BLEND: it has no such part. */
+static kd_alpha_mode casts_as(const kd_scene_store *store, const kd_draw_batch *batch)
 {
-    return store->materials[batch->material].desc.alpha_mode == mode;
+    const kd_material_desc *m = &store->materials[batch->material].desc;
+    bool clear = m->transmission > 0.5f || (m->base_color.w < 0.5f && !m->alpha_ignored);
+    return m->alpha_mode == KD_ALPHA_BLEND && !clear ? KD_ALPHA_MASK : m->alpha_mode;
 }
 
 static uint64_t mask_checksum(const kd_store_material *material)
@@ -133,17 +137,17 @@ static bool find_caster(const culling *c, const kd_draw *draw, uint32_t material
     return true;
 }
 
-/* The draw as a caster, looked at once a frame, when a layer first touches it. Glass casts no shadow here;
- * neither does what was told not to. NULL when memory is out. */
+/* The draw as a caster, looked at once a frame, when a layer first touches it. What was told to casts no
+ * shadow. NULL when memory is out. */
 static const shadow_draw *caster_of(const culling *c, uint32_t number, const kd_draw_batch *batch)
 {
     shadow_draw *draw = (shadow_draw *)c->s->draws.items + number;
     if (draw->seen == c->s->cull_count)
         return draw;
-    bool masked = batch_is(c->store, batch, KD_ALPHA_MASK);
+    bool masked = casts_as(c->store, batch) == KD_ALPHA_MASK;
     uint64_t mask = masked ? mask_checksum(&c->store->materials[batch->material]) : 0;
     *draw = (shadow_draw){.kind = NO_CASTER, .seen = c->s->cull_count};
-    if (!batch_is(c->store, batch, KD_ALPHA_BLEND) &&
+    if (casts_as(c->store, batch) != KD_ALPHA_BLEND &&
         !find_caster(c, &c->list->draws[number], masked ? batch->material : KD_NONE, mask, draw))
         return NULL;
     return draw;
@@ -168,7 +172,7 @@ static bool append_kind(const culling *c, uint32_t count, caster_kind kind, kd_a
     for (uint32_t i = 0; i < count; i++) {
         while (numbers[i] >= batch->first_draw + batch->draw_count)
             batch++;
-        if (!batch_is(c->store, batch, mode))
+        if (casts_as(c->store, batch) != mode)
             continue;
         if (mode == KD_ALPHA_MASK && batch->material != material) {
             close_run(s, material, first);
