@@ -15,6 +15,7 @@ typedef struct kd_bounce {
     uint32_t settling;     /* frames until light has found its level after it began anew */
     bool feeds;            /* entries of the frames before are there to be sent out */
     bool again;            /* this frame injects a second time, with entries of its own */
+    bool settled;          /* nothing would change: set by light_inject */
 } kd_bounce;
 KD_COMPONENT_DECLARE(kd_bounce);
 

@@ -16,8 +16,8 @@ typedef struct kd_gbuffer {
     kd_gpu_texture blended; /* resource "blended", system blend. RGBA16F: rgb light of the blended surfaces in
                                front, a share of what is behind that they hide; id 0: none in this frame */
     kd_gpu_texture blended_hidden; /* RGBA16F: the same share by colour; id 0: equal for all */
-    kd_gpu_texture motion;  /* RG16F: pixels from here to where the surface was a frame ago, y upwards; id 0
-                               unless layers are filmed */
+    kd_gpu_texture motion; /* RG16F: pixels from here to where the surface was a frame ago, y upwards; id 0
+                              unless layers are filmed */
     uint32_t width, height;
 } kd_gbuffer;
 KD_COMPONENT_DECLARE(kd_gbuffer);
@@ -30,6 +30,7 @@ typedef struct kd_lighting {
     kd_gpu_texture shadow_directional, shadow_spot; /* depth arrays, units KD_UNIT_SHADOW_* */
     uint32_t light_count, directional_count;        /* directional lights come first */
     uint32_t ranged_count;                          /* local lights whose range ends */
+    uint32_t version; /* another when lights, their maps or the view that these are for differ */
     void *internal;
 } kd_lighting;
 KD_COMPONENT_DECLARE(kd_lighting);

@@ -46,6 +46,9 @@ typedef struct kd_svo {
     uint32_t given_up;                      /* levels of the cascades for want of room, 4 bits each */
     bool again;                             /* that has changed in this frame: the tree is made once more */
     struct kd_svo_places places;            /* in the book */
+    uint32_t runs;                          /* frames with this tree, from 1 */
+    uint32_t changed_run;                   /* the last of them in which anything of it was built */
+    uint32_t lit_run, lit_known; /* the last one before lit_known in which light has changed a leaf */
 
     bool wants_changes; /* set by whoever reads what changed */
     kd_gpu_buffer told; /* "svo.changes": with one layer, a sum of each dense cell's leaves, now and before */

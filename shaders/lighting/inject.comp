@@ -17,7 +17,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/bounce.glsl"
 #include "shaders/include/emitters_params.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: capacity of the dynamic cells; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: capacity of the dynamic cells, z: number of this run; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
 layout(std430, binding = 6) readonly buffer open_block { float open[]; }; // of local lights: enclosed.comp
 layout(binding = KD_UNIT_BOUNCE) uniform usamplerBuffer entries;                  // shaders/shared/bounce.h
 
@@ -156,6 +156,7 @@ void main()
     uint code = book[places.codes[pass.x] + parent];
     if (code == KD_EMPTY || !light_leaves(cell_parent_of(parent, code, pass.y)))
         return;
+    counters[KD_COUNT_LIT] = pass.z; // the same number from all
     if (pass.x == 0u)
         book_change_dense(code);
     else

@@ -180,6 +180,7 @@ KD_LAYOUT_CHECK(kd_svo_places, 176)
 #define KD_COUNT_HIGH 28        /* one more than the highest number that a leaf parent ever had */
 #define KD_COUNT_AWAY 29        /* 1 when nodes stayed away for want of numbers */
 #define KD_COUNT_TOP 30         /* slots of static leaves that have been taken, but for what lies on lists of free blocks */
+#define KD_COUNT_LIT 31         /* kd_svo.runs when light last changed a leaf */
 #define KD_COUNT_TRANSIENT 32
 #define KD_COUNT_TOUCHED 32     /* leaf parents in which the static layer was built anew, or the dynamic one is or was */
 #define KD_COUNT_CHANGED 33     /* + level: length of the list of what is to be filtered */

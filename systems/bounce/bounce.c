@@ -115,7 +115,8 @@ static void run(kd_system_context *context)
     kd_gpu_bind_storage(gpu, 2, svo->level_masks);
     kd_gpu_dispatch(gpu, state->select, (svo->mask_words[0] + 63) / 64, 1, 1);
     kd_gpu_barrier(gpu, KD_BARRIER_STORAGE | KD_BARRIER_INDIRECT);
-    kd_gpu_dispatch_indirect(gpu, state->gather.program, state->items, 0);
+    if (!bounce->settled) /* else what they hold is what they would gather, but it stays fresh */
+        kd_gpu_dispatch_indirect(gpu, state->gather.program, state->items, 0);
 }
 
 static kd_status init(kd_system_context *context)

@@ -3,17 +3,28 @@
 #include "systems/lighting/lighting.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "components/bounce.h"
 #include "components/emitters.h"
 #include "components/frame.h"
 #include "components/render_targets.h"
+#include "components/sky.h"
 #include "components/svo.h"
+#include "components/voxel_scene.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/scene.h"
 #include "systems/lighting/emitters.h"
 #include "systems/lighting/jump.h"
 #include "systems/lighting/leaves.h"
+
+/* What light in the tree follows from, beside the tree itself. */
+typedef struct lit_by {
+    kd_settings settings;
+    uint32_t lights, sky;
+    float brightest, unit;
+    bool feeds;
+} lit_by;
 
 typedef struct inject_state {
     kd_gpu_program inject[4]; /* by kinds of light: bit 0 directional, bit 1 local */
@@ -21,6 +32,8 @@ typedef struct inject_state {
     kd_gpu_program enclosed;
     bool tried_enclosed;
     kd_gpu_buffer open; /* float of each light: whether matter shuts it in */
+    lit_by now;
+    uint32_t same_since; /* kd_svo.runs from which on it has been the same */
 } inject_state;
 
 static kd_gpu_program find_program(kd_gpu *gpu, inject_state *state, const kd_lighting *lighting)
@@ -95,7 +108,7 @@ static void inject(kd_system_context *context, bool send_out)
         return;
     uint32_t pass[8] = {kd_svo_leaf_parent_level(svo) - KD_DENSE_LOG2,
                         kd_svo_moving_room(svo),
-                        0,
+                        svo->runs,
                         0,
                         bounce->frame,
                         send_out ? bounce->period * KD_BOUNCE_MAX_TURNS : 0,
@@ -110,9 +123,36 @@ static void inject(kd_system_context *context, bool send_out)
     kd_gpu_dispatch_indirect(gpu, find_program(gpu, state, lighting), svo->counters, KD_ARGS_ALL * 4);
 }
 
+/* Would all leaves get the light that they have, and all that bounces stay as it is? That is so when
+ * everything has been the same for as long as light bounces its way round once, and no leaf has changed. How
+ * late that becomes known changes nothing, since nothing would change. */
+static bool has_settled(inject_state *state, kd_world *world)
+{
+    const kd_svo *svo = kd_singleton(world, kd_svo);
+    const kd_bounce *bounce = kd_singleton(world, kd_bounce);
+    const kd_voxel_scene *scene = kd_singleton(world, kd_voxel_scene);
+    lit_by now;
+    memset(&now, 0, sizeof now);
+    now.settings = kd_singleton(world, kd_frame)->settings;
+    now.lights = kd_singleton(world, kd_lighting)->version;
+    now.sky = kd_singleton(world, kd_sky_light)->version;
+    now.brightest = scene->brightest_emission;
+    now.unit = scene->stored_unit;
+    now.feeds = bounce->feeds;
+    if (memcmp(&now, &state->now, sizeof now) != 0)
+        state->same_since = svo->runs;
+    memcpy(&state->now, &now, sizeof now);
+    uint32_t since = state->same_since > svo->changed_run ? state->same_since : svo->changed_run;
+    since = since > svo->lit_run ? since : svo->lit_run;
+    return !bounce->again && bounce->settling == 0 && svo->lit_known > since + bounce->period + 1;
+}
+
 static void run(kd_system_context *context)
 {
-    inject(context, kd_singleton(context->world, kd_bounce)->feeds);
+    kd_bounce *bounce = kd_singleton(context->world, kd_bounce);
+    bounce->settled = has_settled(context->user, context->world);
+    if (!bounce->settled)
+        inject(context, bounce->feeds);
 }
 
 static void run_again(kd_system_context *context)
@@ -141,8 +181,8 @@ static kd_system_desc inject_desc(inject_state *state)
         .name = "light_inject",
         .phase = KD_PHASE_LIGHT_INJECT,
         .where = KD_ON_GPU,
-        .components = {KD_USES(kd_svo), KD_USES(kd_lighting), KD_USES(kd_frame), KD_USES(kd_bounce),
-                       KD_USES(kd_emitters)},
+        .components = {KD_USES(kd_svo), KD_USES(kd_lighting), KD_USES(kd_frame), KD_CHANGES(kd_bounce),
+                       KD_USES(kd_emitters), KD_USES(kd_voxel_scene), KD_USES(kd_sky_light)},
         .resources = {{"svo.book", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE},
                       {"svo.masks", KD_USE_STORAGE_READ},
                       {"tree.nodes", KD_USE_STORAGE_READ},

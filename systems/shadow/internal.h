@@ -84,6 +84,8 @@ typedef struct shadow_pose {
 typedef struct shadow_state {
     struct kd_lights_params lights;
     struct kd_view_params view;
+    struct kd_lights_params lights_before; /* of the frame before, and the view, without its number */
+    struct kd_view_params view_before;
     kd_query *query, *skies;
     shadow_layer layers[SHADOW_MAX_LAYERS];
     uint32_t layer_count, directional_layers, spot_layers;

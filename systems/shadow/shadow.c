@@ -4,6 +4,8 @@
 
 #include "systems/shadow/shadow.h"
 
+#include <string.h>
+
 #include "runtime/core/log.h"
 #include "systems/shadow/internal.h"
 
@@ -205,6 +207,18 @@ static void upload_args(const shadow_pass *pass, const kd_draw_list *list)
     s->bytes_moved += bytes;
 }
 
+/* Was light another in the frame before? `drawn`: maps were */
+static bool note_lights(shadow_state *s, bool drawn)
+{
+    struct kd_view_params view = s->view;
+    view.size.z = 0;
+    bool differs = drawn || memcmp(&view, &s->view_before, sizeof view) != 0 ||
+                   memcmp(&s->lights, &s->lights_before, sizeof s->lights) != 0;
+    s->view_before = view;
+    s->lights_before = s->lights;
+    return differs;
+}
+
 static void shadow_run_system(kd_system_context *context)
 {
     kd_lighting *lighting = kd_singleton(context->world, kd_lighting);
@@ -231,6 +245,7 @@ static void shadow_run_system(kd_system_context *context)
             draw_all(&pass, &s->layers[i]);
         shadow_remember(s, &s->layers[i]);
     }
+    lighting->version += note_lights(s, ready);
 }
 
 static uint64_t shadow_bytes(const kd_system_context *context)

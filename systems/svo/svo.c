@@ -107,6 +107,7 @@ static void prepare(kd_system_context *context)
         svo->failed = true;
     }
     svo->again = false;
+    svo->runs++;
     svo_allow(context->gpu, state, svo, settings->svo_memory); /* before what is sized by what is allowed */
     uint64_t fresh_words = scene->static_changed ? 8ull * scene->stale_patch_count : 0;
     if (svo->uniform.id && svo_reserve_fresh(context->gpu, svo, fresh_words) != KD_OK) {
@@ -192,8 +193,11 @@ static void spread_counts(const kd_svo *svo, const uint32_t *counts, kd_tree *tr
 static void follow_counts(kd_gpu *gpu, svo_state *state, kd_svo *svo, kd_tree *tree)
 {
     const uint32_t *counts;
+    uint64_t run;
     size_t size;
-    while ((counts = kd_gpu_readback_poll(gpu, state->readback, false, NULL, &size)) != NULL) {
+    while ((counts = kd_gpu_readback_poll(gpu, state->readback, false, &run, &size)) != NULL) {
+        svo->lit_run = counts[KD_COUNT_LIT];
+        svo->lit_known = (uint32_t)run;
         tree->leaf_cells = counts[KD_COUNT_STATIC] + counts[KD_COUNT_DYNAMIC];
         spread_counts(svo, counts, tree);
     }
@@ -224,6 +228,7 @@ static void build(kd_system_context *context)
     if (!svo->again)
         svo_give_back(gpu, state, svo, scene);
     bool changed = has_changed(state, scene);
+    svo->changed_run = changed ? svo->runs : svo->changed_run;
     state->same_runs = changed ? 0 : state->same_runs + 1;
     if (changed && svo->asleep && svo_wake(gpu, state, svo) != KD_OK) {
         svo_say_once(state, SVO_SAID_WORK, SVO_NO_MEMORY);
@@ -242,7 +247,7 @@ static void build(kd_system_context *context)
     svo_reserve_filter(gpu, state, svo);
     state->dynamic_before = scene->pages[KD_LAYER_DYNAMIC].segment_count > 0;
     kd_gpu_barrier(gpu, KD_BARRIER_BUFFER_UPDATE);
-    kd_gpu_readback_buffer(gpu, state->readback, svo->counters, 0, KD_COUNT_WORDS * 4, 0);
+    kd_gpu_readback_buffer(gpu, state->readback, svo->counters, 0, KD_COUNT_WORDS * 4, svo->runs);
     svo_publish(gpu, state, svo, scene, tree);
 }
 
