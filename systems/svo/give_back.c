@@ -255,8 +255,8 @@ static void fall_asleep(kd_gpu *gpu, svo_state *state, kd_svo *svo)
     kd_gpu_destroy_buffer(gpu, svo->before);
     kd_gpu_destroy_buffer(gpu, svo->work);
     svo->before = svo->work = (kd_gpu_buffer){0};
-    kd_gpu_rank_rest(gpu, &state->rank);
     cut_nodes(gpu, state, svo, SLEEPING_SPARE);
+    kd_gpu_rank_rest(gpu, &state->rank);
     if (leaves < svo->leaf_room) /* if it fails there is more room than is needed */
         svo_gather_blocks(gpu, state, svo, leaves);
     drop_masks(gpu, svo);

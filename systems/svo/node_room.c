@@ -32,10 +32,12 @@ double svo_table_share(const kd_svo *svo, const double nodes[KD_MAX_NODE_LEVELS]
 {
     uint32_t top = svo_levels(svo) - 1;
     uint64_t fixed = svo_fixed_book_bytes(svo), left = fixed < bytes / 2 ? bytes - fixed : bytes / 2;
-    double words = top > 0 ? 32 * nodes[top - 1] : 0, book = 4 * nodes[top];
+    double words = 0, book = 4 * (nodes[top] + 32);
     for (uint32_t l = 0; l <= top; l++) {
-        words += l < top ? 32 * nodes[l] : 0; /* of children */
-        book += 8.125 * nodes[l];             /* code, place in the stack of numbers, a bit */
+        double room = nodes[l] + 32;      /* it is rounded up to that */
+        words += l < top ? 32 * room : 0; /* of children, and to leaves of these */
+        words += l + 1 == top ? 32 * room : 0;
+        book += 8.125 * room; /* code, place in the stack of numbers, a bit */
     }
     words /= (double)bytes;
     book /= (double)left;

@@ -6,6 +6,7 @@
 #include "components/scene_store.h"
 #include "components/voxel_scene.h"
 #include "systems/voxel_pages/caches.h"
+#include "systems/voxel_pages/fixed_settings.h"
 
 /* The table of voxel objects, kept up with the draw list: which primitives of which entities are in the voxel
  * scene, in which layer, and through which caches. */
@@ -17,6 +18,7 @@ typedef struct voxel_objects {
     uint32_t free_head; /* free objects are chained through kd_voxel_object.primitive, plus one */
     uint32_t live;
     voxel_caches caches;
+    fixed_settings settings;
     kd_vec3 focus, step; /* now, and from the frame before to now; see ahead.c */
     bool focused;        /* there was a frame before */
     uint32_t ahead_frames;

@@ -239,6 +239,7 @@ static void run(kd_system_context *context)
     const kd_draw_list *list = kd_singleton(w, kd_draw_list);
     const kd_view *view = kd_singleton(w, kd_view);
     apply_settings(scene, &frame->settings);
+    fixed_settings_follow(&table->settings, &frame->settings);
     float ahead = AHEAD * 0.5f * (float)scene->resolution * scene->span[0];
     kd_vec3 focus = kd_vec3_add(view->position_ws, kd_vec3_scale(view->forward_ws, ahead));
     kd_box bounds = place_bounds(list);

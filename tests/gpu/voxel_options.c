@@ -245,6 +245,34 @@ static void chunks_are_cut_until_they_fit(void **state)
     kd_world_destroy(b.world);
 }
 
+static uint32_t times_told(const char *what)
+{
+    uint32_t n = 0;
+    for (const char *at = voxel_warnings; (at = strstr(at, what)) != NULL; at++)
+        n++;
+    return n;
+}
+
+/* Buffers and caches follow from some settings for good: who changes them is told, once each. */
+static void settings_that_come_late_are_told(void **state)
+{
+    (void)state;
+    voxel_world v = voxel_open((voxel_options){.span = SPAN});
+    voxel_shape(&v, shapes[0].shape, shapes[0].size, NULL, voxel_at(0, 0, 0));
+    voxel_frame(&v);
+    v.frame->settings.voxels_resolution = 256;
+    v.frame->settings.svo_layers = KD_SVO_LAYERS_ONE;
+    v.frame->settings.cones_step *= 0.5f; /* takes effect */
+    for (int i = 0; i < 3; i++)
+        voxel_frame(&v);
+    assert_int_equal(times_told("voxels.resolution stays 128"), 1);
+    assert_int_equal(times_told("svo.layers stays two"), 1);
+    assert_int_equal(times_told("stays"), 2);
+    assert_int_equal(voxel_scene(&v)->resolution, 128);
+    voxel_warnings[0] = '\0';
+    voxel_close(&v);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -252,6 +280,7 @@ int main(void)
         cmocka_unit_test(filled_shapes_are_solid),
         cmocka_unit_test(character_is_closed),
         cmocka_unit_test(fill_agrees_with_a_flood),
+        cmocka_unit_test(settings_that_come_late_are_told),
         cmocka_unit_test(chunks_are_cut_until_they_fit),
     };
     return VOXEL_GROUP(tests);
