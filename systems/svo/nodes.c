@@ -250,7 +250,10 @@ static void reserve_nodes(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_v
         bool grows = state->nodes_wanted[l] > svo->node_room[l];
         want[l] += grows ? want[l] / SVO_SPARE : 0;
         more = more || grows;
+        least[l] = least[l] > svo->node_room[l] ? least[l] : svo->node_room[l]; /* what there is stays */
+        want[l] = want[l] > least[l] ? want[l] : least[l];
     }
+    more = more && svo_table_share(svo, least, svo->most_bytes) < 1;
     svo_fit_tables(svo, least, want, room);
     uint32_t top = svo_levels(svo) - 1;
     state->nodes.wanted = state->nodes_wanted[top];
