@@ -117,13 +117,14 @@ static kd_status check_voxels(const run *r)
 /* ---- frames that are there already ---- */
 
 /* Frames rendered before one that is wanted. What the GPU keeps from frame to frame changes no picture but
- * for light that goes on being reflected: after this many frames less than a hundredth of what is missing is
- * left, with surfaces that reflect eight tenths. */
+ * for light that goes on being reflected and pictures that are mixed with those before: after this many frames
+ * less than a hundredth of what is missing is left, with surfaces that reflect eight tenths. */
 enum { FIRST_FRAMES = 1, WARM_UP_FRAMES = 2, BOUNCE_FRAMES = 21 };
 
 static uint64_t warm_up_frames(const run *r)
 {
-    return r->stage->scene.settings.light_bounces > KD_BOUNCES_ONE ? BOUNCE_FRAMES : WARM_UP_FRAMES;
+    const kd_settings *s = &r->stage->scene.settings;
+    return s->light_bounces > KD_BOUNCES_ONE || s->view_steady ? BOUNCE_FRAMES : WARM_UP_FRAMES;
 }
 
 static bool is_finished(const run *r, uint64_t frame)

@@ -143,6 +143,8 @@ typedef enum kd_setting_type {
     X(BOOL, view, auto_exposure, false, 0, 1, NULL, NULL, "choose the exposure from the picture")            \
     X(ENUM, view, tonemap, KD_TONEMAP_ACES, 0, 2, tonemap_words, NULL,                                       \
       "curve from scene light to the screen")                                                                \
+    X(BOOL, view, steady, true,  0, 1, NULL, NULL,                                                           \
+      "mix the picture with those before while the camera moves: smoother edges, less flicker")              \
     X(I32, view, level, -1, -1, 15, NULL, NULL,                                                              \
       "level that views of voxels and of the tree show, each twice as coarse; -1 and 0: the finest")         \
     X(ENUM, view, channel, KD_CHANNEL_AUTO, 0, 5, channel_words, NULL,                                       \

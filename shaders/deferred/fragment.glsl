@@ -8,7 +8,7 @@ in vec3 normal_ws;
 in vec4 tangent_ws;
 in vec4 uv;
 in vec4 color;
-flat in float mirrored;
+flat in uint object_flags; /* KD_OBJECT_* */
 
 /* Normal map into world space. The tangent is made orthogonal again: interpolation and shear bend it. */
 vec3 shading_normal(vec3 n)
@@ -40,7 +40,7 @@ vec3 face_normal(vec3 n)
 /* `base`: colour and opacity, material_base_color(uv, color). Position and depth are the caller's. */
 surface fragment_surface(vec4 base)
 {
-    float side = gl_FrontFacing == (mirrored > 0.5) ? -1.0 : 1.0; /* seen from behind: turn to the viewer */
+    float side = gl_FrontFacing == ((object_flags & KD_OBJECT_MIRRORED) != 0u) ? -1.0 : 1.0; /* seen from behind: turn to the viewer */
     vec3 n = normalize(normal_ws);
     vec2 metallic_roughness = material_surface(uv);
     surface s;

@@ -39,7 +39,7 @@ void main()
 #endif
     out_albedo = o.albedo;
     out_normal = o.normal;
-    out_material = o.material;
+    out_material = vec4(o.material.rgb, float((object_flags & KD_OBJECT_MOVES) != 0u));
     out_emissive = o.emissive;
 #ifdef LAYERED
     out_layers = o.layers;

@@ -24,7 +24,7 @@ out vec3 normal_ws;
 out vec4 tangent_ws; /* w: side of the bitangent */
 out vec4 uv;
 out vec4 color;
-flat out float mirrored;
+flat out uint object_flags; /* KD_OBJECT_* */
 
 void main()
 {
@@ -32,7 +32,8 @@ void main()
     gl_Position = kd_view.view_projection * vec4(p_ws, 1.0);
     from_eye = p_ws - kd_view.position_ws.xyz;
     normal_ws = normalize(object_normal(in_object, in_normal.xyz));
-    mirrored = object_is_mirrored(in_object) ? 1.0 : 0.0;
+    object_flags = object_flags_of(in_object);
+    float mirrored = (object_flags & KD_OBJECT_MIRRORED) != 0u ? 1.0 : 0.0;
     tangent_ws = vec4(object_direction(in_object, in_tangent.xyz), in_tangent.w * (1.0 - 2.0 * mirrored));
     uv = vec4(in_uv0, in_uv1);
     color = in_color;

@@ -19,6 +19,6 @@ vec3 object_normal(uint object, vec3 n)
                 dot(objects[object].normal_ws[2].xyz, n));
 }
 
-bool object_is_mirrored(uint object) { return (objects[object].info.y & KD_OBJECT_MIRRORED) != 0u; }
+uint object_flags_of(uint object) { return objects[object].info.y; }
 
 #endif

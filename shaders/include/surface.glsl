@@ -5,7 +5,7 @@
  *
  *   albedo    RGBA8    rgb: square root of the albedo, since dark tones need the steps; a: occlusion map
  *   normal    RGBA16UI xy: shading normal, zw: the triangle's own normal; octahedral, 16 bits each
- *   material  RGBA8    r: metallic, g: roughness, b: 1 when unlit, a: 0
+ *   material  RGBA8    r: metallic, g: roughness, b: 1 when unlit, a: 1 where what is seen moves by itself
  *   emissive  RGBA16F  rgb: radiance, up to 65504; a: 0
  *   depth     32F      of the depth test; 1 where nothing was drawn
  *   layers    RGBA16UI with LAYERED only, two bytes a channel, the first one high: clear coat, its roughness;

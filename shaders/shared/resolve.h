@@ -34,6 +34,17 @@ struct kd_resolve_params {
 };
 KD_LAYOUT_CHECK(kd_resolve_params, 32)
 
+/* Uniform block KD_BIND_PASS of shaders/resolve/steady.comp. */
+struct kd_steady_params {
+    uvec4 mode;  /* as above */
+    /* ---- 16 */
+    vec4 share;  /* x: of the picture before in this one; yzw 0 */
+    /* ---- 32 */
+    mat4 before; /* view projection of the frame before */
+    /* ---- 96 */
+};
+KD_LAYOUT_CHECK(kd_steady_params, 96)
+
 #include "shaders/shared/layout_end.h"
 
 #endif

@@ -35,6 +35,7 @@ struct kd_object {
 KD_LAYOUT_CHECK(kd_object, 128)
 #define KD_OBJECT_NO_SHADOW 1u
 #define KD_OBJECT_MIRRORED 2u /* negative determinant: front faces turn over */
+#define KD_OBJECT_MOVES 4u    /* deforms, or has moved */
 
 struct kd_material_params {
     vec4 base_color;      /* linear, a: opacity */

@@ -164,6 +164,8 @@ static void resolve_fini(kd_system_context *context)
     for (size_t i = 0; i < sizeof s->resolve / sizeof *variants; i++)
         kd_gpu_destroy_program(context->gpu, variants[i].program);
     resolve_tiles_fini(context->gpu, s);
+    resolve_steady_begin(&s->steady, kd_singleton(context->world, kd_picture));
+    resolve_steady_fini(context->gpu, &s->steady);
     kd_gpu_destroy_texture(context->gpu, s->black);
     destroy_picture(context->gpu, kd_singleton(context->world, kd_picture));
     free(s);
@@ -175,6 +177,7 @@ static void resolve_run(kd_system_context *context)
     resolve_state *s = context->user;
     kd_picture *picture = kd_singleton(context->world, kd_picture);
     const kd_frame *frame = kd_singleton(context->world, kd_frame);
+    resolve_steady_begin(&s->steady, picture);
     ensure_picture(gpu, picture, frame, kd_singleton(context->world, kd_film));
     if (drawn_elsewhere(frame))
         return;
@@ -188,6 +191,7 @@ static void resolve_run(kd_system_context *context)
     kd_gpu_bind_image(gpu, 1, picture->ldr, 0, KD_IMAGE_WRITE, KD_RGBA8);
     kd_gpu_dispatch(gpu, find_program(context, s, tiled), resolve_groups(picture->width, RESOLVE_GROUP),
                     resolve_groups(picture->height, RESOLVE_GROUP), 1);
+    resolve_steady_run(context, &s->steady, !tonemap_is_late(context));
 }
 
 /* Texels read and written once each. */
@@ -211,20 +215,20 @@ kd_status kd_resolve_import(kd_schedule *schedule)
     if (state == NULL)
         return kd_fail(KD_NO_MEMORY, "resolve: no memory for its state; free some");
     kd_status status = kd_schedule_add(
-        schedule,
-        &(kd_system_desc){.name = "resolve",
-                          .phase = KD_PHASE_RESOLVE,
-                          .where = KD_ON_GPU,
-                          .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer),
-                                         KD_USES(kd_gi_targets), KD_USES(kd_sky_light), KD_USES(kd_film),
-                                         KD_CHANGES(kd_picture)},
-                          .resources = {KD_SURFACE_RESOURCES, {"picture", KD_USE_IMAGE_WRITE}},
-                          .init = resolve_init,
-                          .no_commands = true,
-                          .run = resolve_run,
-                          .fini = resolve_fini,
-                          .bytes_moved = resolve_bytes,
-                          .user = state});
+        schedule, &(kd_system_desc){
+                      .name = "resolve",
+                      .phase = KD_PHASE_RESOLVE,
+                      .where = KD_ON_GPU,
+                      .components = {KD_USES(kd_frame), KD_USES(kd_lighting), KD_USES(kd_gbuffer),
+                                     KD_USES(kd_gi_targets), KD_USES(kd_sky_light), KD_USES(kd_film),
+                                     KD_USES(kd_view), KD_CHANGES(kd_picture)},
+                      .resources = {KD_SURFACE_RESOURCES, {"picture", KD_USE_IMAGE_WRITE | KD_USE_SAMPLED}},
+                      .init = resolve_init,
+                      .no_commands = true,
+                      .run = resolve_run,
+                      .fini = resolve_fini,
+                      .bytes_moved = resolve_bytes,
+                      .user = state});
     if (status != KD_OK) {
         free(state);
         return status;

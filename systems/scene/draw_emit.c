@@ -64,14 +64,16 @@ static void normal_matrix(const kd_mat4 *m, struct kd_object *object)
     }
 }
 
-static void emit_object(struct kd_object *object, const scene_item *item, bool skinned, uint32_t material)
+static void emit_object(struct kd_object *object, const scene_item *item, bool skinned, bool moved,
+                        uint32_t material)
 {
     const kd_mat4 model = skinned ? KD_MAT4_IDENTITY : *item->world;
     memcpy(object->model_ws.m, model.m, sizeof model.m);
     normal_matrix(&model, object);
     object->info.x = material;
-    object->info.y =
-        (item->instance->no_shadow ? KD_OBJECT_NO_SHADOW : 0) | (item->mirrored ? KD_OBJECT_MIRRORED : 0);
+    object->info.y = (item->instance->no_shadow ? KD_OBJECT_NO_SHADOW : 0) |
+                     (item->mirrored ? KD_OBJECT_MIRRORED : 0) |
+                     (moved || item->deformed ? KD_OBJECT_MOVES : 0);
     object->info.z = item->entity.index;
     object->info.w = 0;
 }
@@ -124,7 +126,7 @@ void scene_emit_draw(const scene_collector *c, const scene_item *item, uint32_t 
                                   .base_vertex = (int32_t)p->base_vertex,
                                   .base_instance = number};
     struct kd_object object;
-    emit_object(&object, item, skinned, scene_item_material(store, item));
+    emit_object(&object, item, skinned, moved, scene_item_material(store, item));
     if (!d->standing || memcmp(&object, &d->objects[number], sizeof object) != 0 ||
         memcmp(&args, &d->args[number], sizeof args) != 0)
         scene_mark_dirty(d, number);
