@@ -79,8 +79,8 @@ static void write_scene(void)
     fclose(file);
 }
 
-/* Stages of a scene: what is in no cascade is said, every stage has its row with what copying would take, and
- * one layer and two see the same voxels. */
+/* Stages of a scene: every stage has its row with what copying would take, and one layer and two see the same
+ * voxels. */
 static void stages_of_a_scene_are_measured(void **state)
 {
     (void)state;
@@ -95,8 +95,6 @@ static void stages_of_a_scene_are_measured(void **state)
         snprintf(quoted, sizeof quoted, "\"case\": \"cascades/128/%s\"", stage);
         assert_non_null(strstr(text, quoted));
     }
-    assert_int_equal(kandil("bench voxels scene.lua --case cascades/1024"), 0);
-    assert_non_null(strstr(read_file("out"), "left out: 3 x 1024^3: "));
     assert_int_equal(kandil("bench svo scene.lua --frames 2 --case layers/two_rests_ --json rows.json"), 0);
     assert_non_null(strstr(read_file("out"), "two_rests_fine"));
     assert_non_null(strstr(read_file("rows.json"), "\"case\": \"layers/two_rests_coarse/transform\""));
