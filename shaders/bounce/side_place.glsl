@@ -7,11 +7,11 @@ struct side_place {
 };
 
 // How much of the side's light a leaf takes (inject.comp), and the normal that it shows to it.
-float leaf_share(leaf_value v, vec3 axis, out vec3 normal)
+float side_share(leaf_value v, vec3 axis, out vec3 normal)
 {
     float gathered = length(v.normal), directed = min(2.0 * gathered, 1.0);
     vec3 unit = v.normal / max(gathered, 1e-3);
-    float towards = dot(unit, axis), seen = v.double_sided ? abs(towards) : max(towards, 0.0);
+    float towards = dot(unit, axis), seen = v.thin ? abs(towards) : max(towards, 0.0);
     normal = mix(axis, towards < 0.0 ? -unit : unit, directed);
     return v.depth * mix(1.0 / 6.0, seen * seen, directed);
 }
@@ -30,7 +30,7 @@ side_place side_place_of(int c, ivec3 cell, vec3 axis)
         for (uint k = 0u; k < 8u && block != 0u; k++) {
             if (!KD_BLOCK_WIDE && !block_has(block, k))
                 continue;
-            float share = leaf_share(leaf_unpack(texelFetch(tree_leaves, int(block_slot(block, k))).rg), axis, leaf_normal);
+            float share = side_share(leaf_unpack(texelFetch(tree_leaves, int(block_slot(block, k))).rg), axis, leaf_normal);
             normal += share * leaf_normal;
             place += share * (vec3(low + 2 * parent + (ivec3(k, k >> 1, k >> 2) & 1)) + 0.5 * span);
             all += share;

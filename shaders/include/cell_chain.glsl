@@ -101,6 +101,43 @@ void chain_join(inout eight_sums s, uint given_up)
     }
 }
 
+struct eight_axes { eight x, y, z; };
+
+vec4 four_squares(uvec4 x, uvec4 y, uvec4 z)
+{
+    vec4 a = vec4(ivec4(x)), b = vec4(ivec4(y)), c = vec4(ivec4(z));
+    return a * a + b * b + c * c;
+}
+
+// Is there a cell whose normals do not agree, or nearly so?
+bool four_ask(uvec4 weight, uvec4 x, uvec4 y, uvec4 z)
+{
+    vec4 agreed = vec4(weight) * sqrt(1.1 * float(AGREED));
+    return any(lessThan(four_squares(x, y, z), agreed * agreed));
+}
+
+// Sums of the axes of normals, which take a further walk along the chain, where any of the cells needs them.
+eight_axes chain_axes(uint entry, eight_sums s, uint given_up)
+{
+    eight_axes axes = eight_axes(EIGHT_NONE, EIGHT_NONE, EIGHT_NONE);
+    bool asks = four_ask(s.weight.near, s.x.near, s.y.near, s.z.near) || four_ask(s.weight.far, s.x.far, s.y.far, s.z.far);
+    for (entry = asks ? entry : KD_EMPTY; entry != KD_EMPTY;) {
+        chained v = chain_load(entry);
+        eight w = chain_shares(v);
+        uvec3 axis = uvec3(normal_axis(snorm8_unpack(v.normal)));
+        eight_add(axes.x, w, axis.x);
+        eight_add(axes.y, w, axis.y);
+        eight_add(axes.z, w, axis.z);
+        entry = v.next;
+    }
+    for (bool joined = asks && given_up != 0u; joined; joined = false) {
+        eight_join(axes.x);
+        eight_join(axes.y);
+        eight_join(axes.z);
+    }
+    return axes;
+}
+
 // Emission and area of cell k, packed; few parents have anything that glows.
 uvec2 chain_pack_emission(uint entry, uint k, uint given_up)
 {
@@ -121,10 +158,11 @@ uvec2 chain_pack_emission(uint entry, uint k, uint given_up)
     return cell_pack_emission(weight, emission, emissive, area, given_up);
 }
 
-// PUT(k, albedo and normal) for each cell that is occupied; needs `given_up`.
+// PUT(k, albedo and normal) for each cell that is occupied; needs `axes` and `given_up`.
 #define EIGHT_PACKED(s, half, at)                                                                                               \
     cell_pack_surface(s.weight.half.at, uvec3(s.r.half.at, s.g.half.at, s.b.half.at),                                           \
-                      ivec3(s.x.half.at, s.y.half.at, s.z.half.at), s.double_sided.half.at, given_up)
+                      ivec3(s.x.half.at, s.y.half.at, s.z.half.at), ivec3(axes.x.half.at, axes.y.half.at, axes.z.half.at),      \
+                      s.double_sided.half.at, given_up)
 #define EIGHT_ONE(PUT, s, k, half, at)                                                                                          \
     if (s.weight.half.at != 0u) {                                                                                               \
         PUT(k, EIGHT_PACKED(s, half, at))                                                                                       \

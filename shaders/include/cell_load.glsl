@@ -52,6 +52,7 @@ cell_attributes cell_load(cell_parent p, uint k)
     cell_attributes a;
     a.albedo = a.normal = a.emission = vec3(0.0);
     a.double_sided = 0.0;
+    a.thin = false;
     a.weight = 0u;
     a.area = 0.0;
     if (block_has(p.block, k)) {

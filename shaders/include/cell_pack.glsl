@@ -1,10 +1,10 @@
 // Sums of a cell to attributes of 16 bytes (cell_attributes.glsl unpacks them):
-// albedo 3 x 10 bits, share of double-sided voxels 2 bits | normal 3 x snorm8, weight 7 bits: 127 a whole voxel or more of them,
-// double-sided 1 bit: as a leaf has it (tree_node.glsl) | emission 3 x 9 bits, halvings 5 | area of what glows 16 bits. The last two are 0 where nothing glows.
+// albedo 3 x 10 bits, share of double-sided voxels 2 bits | normal 3 x snorm8, or of what is thin an octahedral axis, 2 x snorm8;
+// weight 7 bits: 127 a whole voxel or more of them, thin 1 bit: as a leaf has it (tree_node.glsl) | emission 3 x 9 bits, halvings 5 | area of what glows 16 bits. The last two are 0 where nothing glows.
 // In integers throughout: every driver makes the same bytes, and so does systems/svo/reference.c.
 // given_up: levels (cascade_given_up of tree_params.glsl); a face of such a cell takes four times as many voxels for each.
 
-#include "shaders/shared/voxel.h"
+#include "shaders/include/axis.glsl"
 
 // sum / weight, rounded. Drivers divide integers lane by lane; a float comes within one of the quotient, the remainder says
 // which way. For quotients below 2^16.
@@ -15,21 +15,44 @@ uint mean(uint sum, uint weight)
     return rest < 0 ? q - 1u : rest >= int(weight) ? q + 1u : q;
 }
 
-uint mean_signed(int sum, uint weight)
+int mean_signed(int sum, uint weight)
 {
-    uint m = mean(uint(abs(sum)), weight);
-    return (sum < 0 ? 0u - m : m) & 255u;
+    int m = int(mean(uint(abs(sum)), weight));
+    return sum < 0 ? -m : m;
 }
 
-// Albedo, share of what is double-sided, normal and weight.
-uvec2 cell_pack_surface(uint weight, uvec3 albedo, ivec3 normal, uint double_sided, uint given_up)
+ivec3 mean_normal(ivec3 sum, uint weight)
+{
+    return ivec3(mean_signed(sum.x, weight), mean_signed(sum.y, weight), mean_signed(sum.z, weight));
+}
+
+int square_of(ivec3 v) { return v.x * v.x + v.y * v.y + v.z * v.z; }
+
+// Squares of lengths in snorm8. Normals whose mean is as long agree; axes whose mean is as long are those of one surface.
+const int AGREED = 102 * 102, ONE_AXIS = 64 * 64;
+
+// octahedral.glsl reads it.
+uint octahedral_pack_snorm8(ivec3 n)
+{
+    ivec3 a = abs(n);
+    uint sum = uint(max(a.x + a.y + a.z, 1));
+    int u = int(mean(uint(a.x) * 127u, sum)), v = int(mean(uint(a.y) * 127u, sum));
+    ivec2 e = n.z < 0 ? ivec2(127 - v, 127 - u) : ivec2(u, v);
+    return (uint(n.x < 0 ? -e.x : e.x) & 255u) | (uint(n.y < 0 ? -e.y : e.y) & 255u) << 8;
+}
+
+uint snorm8_word(ivec3 n) { return (uint(n.x) & 255u) | (uint(n.y) & 255u) << 8 | (uint(n.z) & 255u) << 16; }
+
+// Albedo, share of what is double-sided, normal and weight. axes: sum of the axes, asked for where normals do not agree
+uvec2 cell_pack_surface(uint weight, uvec3 albedo, ivec3 normal, ivec3 axes, uint double_sided, uint given_up)
 {
     weight = max(weight, 1u);
     uint covered = min(weight >> (2u * given_up), 256u), covers = max((covered * 127u + 128u) >> 8, 1u);
     uint both_sides = mean(double_sided * 3u, weight);
+    ivec3 n = mean_normal(normal, weight), axis = square_of(n) < AGREED ? mean_normal(axes, weight) : n;
+    bool thin = square_of(axis) >= ONE_AXIS && (both_sides > 1u || 25 * square_of(n) < 9 * square_of(axis));
     return uvec2(mean(albedo.x, weight) | mean(albedo.y, weight) << 10 | mean(albedo.z, weight) << 20 | both_sides << 30,
-                 mean_signed(normal.x, weight) | mean_signed(normal.y, weight) << 8 | mean_signed(normal.z, weight) << 16 |
-                     covers << 24 | (both_sides >> 1) << 31);
+                 (thin ? octahedral_pack_snorm8(axis) : snorm8_word(n)) | covers << 24 | uint(thin) << 31);
 }
 
 // One shared scale keeps dim emission next to bright.

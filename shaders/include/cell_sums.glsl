@@ -3,6 +3,7 @@
 #define KD_SUMS_BINDING 7
 #endif
 #include "shaders/include/cell_shares.glsl"
+#include "shaders/include/axis.glsl"
 
 layout(std430, binding = KD_SUMS_BINDING) buffer sums_block { uint sums[]; };
 
@@ -31,6 +32,10 @@ void sums_add(uint cell, uint weight, voxel_share v)
     atomicAdd(sums[at + 4u], uint(v.normal.x * int(weight)));
     atomicAdd(sums[at + 5u], uint(v.normal.y * int(weight)));
     atomicAdd(sums[at + 6u], uint(v.normal.z * int(weight)));
+    ivec3 axis = normal_axis(v.normal) * int(weight);
+    atomicAdd(sums[at + 13u], uint(axis.x));
+    atomicAdd(sums[at + 14u], uint(axis.y));
+    atomicAdd(sums[at + 15u], uint(axis.z));
     // A loop, since software drivers run a branch that no voxel takes.
     for (bool glows = v.emission != uvec3(0u); glows; glows = false) {
         atomicAdd(sums[at + 7u], (v.emission.x * weight + 128u) >> 8);

@@ -125,8 +125,8 @@ vec4 tree_fetch_sparse(int c, int level, ivec3 cell, vec3 direction)
 }
 
 // Trilinear by hand over the eight cells round p (Yalciner 2016, section 4.6). Leaves: what is interpolated is their matter,
-// and which side of it the ray meets is asked once, of the mean normal; strictly, of each leaf, since the mean of a wall's two
-// sides has the light of both.
+// that of thin ones as the side has it which the ray meets, and whether it meets a front is asked once, of the mean normal;
+// strictly, of each leaf, since the mean of a wall's two sides has the light of both.
 #ifdef KD_LEAK_STRICT
 vec4 tree_sample_leaves(int c, vec3 p_ws, vec3 direction)
 {
@@ -147,21 +147,21 @@ vec4 tree_sample_leaves(int c, vec3 p_ws, vec3 direction)
     vec3 p = (p_ws - tree.cascade[c].xyz) / tree.cascade[c].w - 0.5;
     ivec3 low = ivec3(floor(p)), top = ivec3(tree_resolution() - 1);
     vec3 f = p - vec3(low), light = vec3(0.0), normal = vec3(0.0);
-    float depth = 0.0, both_sides = 0.0;
+    float depth = 0.0;
     for (int i = 0; i < 8; i++) {
         ivec3 o = ivec3(i, i >> 1, i >> 2) & 1;
         vec3 w = mix(1.0 - f, f, vec3(o));
         uvec2 word = tree_fetch_leaf(c, clamp(low + o, ivec3(0), top));
         leaf_value v = leaf_unpack(word);
         float d = w.x * w.y * w.z * v.depth;
-        light += d * v.radiance;
-        normal += d * v.normal;
-        both_sides += v.double_sided ? d : 0.0;
+        bool leaves = dot(v.normal, direction) > 0.0;
+        light += (leaves ? d * v.other : d) * v.radiance;
+        normal += v.thin && leaves ? -d * v.normal : d * v.normal;
         depth += d;
     }
     if (depth <= 0.0)
         return vec4(0.0);
-    return leaf_seen(leaf_value(light / depth, normal / depth, depth, both_sides > 0.5 * depth), direction);
+    return leaf_seen(leaf_value(light / depth, normal / depth, depth, false, 1.0), direction);
 }
 #endif
 
@@ -218,19 +218,28 @@ vec3 tree_texel_radiance(tree_texel t, float part)
     return textureLod(tree_atlas, vec3(t.at.xy, t.at.z + t.radiance + part * t.apart) * tree.atlas.xyz, 0.0).rgb;
 }
 
-#ifdef KD_LEAK_STRICT
-// A ray that leaves a wall aslant meets the wall's outer side by one of its axes and its inner side by another: the darkest of
-// the axes that matter is what it sees.
-vec3 tree_texel_darkest(tree_texel t, vec3 back, vec3 weight, vec3 depths, float all)
+// A ray that comes aslant may meet a wall's outer side by one of its axes and its inner side by another: the darkest of the axes
+// that matter is what it sees then. light: what the axes show, depths: theirs, weight: that of the axes.
+vec3 tree_darkest(mat3 light, vec3 depths, vec3 weight, float all)
 {
+#ifdef KD_LEAK_STRICT
     const float LEAST_SHARE = 0.005;
-    vec3 darkest = vec3(all > 0.0 ? 1e30 : 0.0);
-    for (int axis = 0; axis < 3; axis++)
-        if (weight[axis] * depths[axis] > LEAST_SHARE * all)
-            darkest = min(darkest, tree_texel_radiance(t, float(2 * axis) + back[axis]) * (all / depths[axis]));
-    return darkest;
-}
+#else
+    const float LEAST_SHARE = 0.02;
 #endif
+    bvec3 counts = greaterThan(weight * depths, vec3(LEAST_SHARE * all));
+    vec3 whole = all / max(depths, vec3(1e-9)), far = vec3(all > 0.0 ? 1e30 : 0.0);
+    return min(min(counts.x ? light[0] * whole.x : far, counts.y ? light[1] * whole.y : far), counts.z ? light[2] * whole.z : far);
+}
+
+// How far a cell is of something thin, which its axes meet both ways. In wide cells everything is: halls would be too dark by it.
+const int THIN_LEVELS = 2; // above the finest dense cells
+
+float tree_thinness(vec3 forth, vec3 back, vec3 weight, int level)
+{
+    float both = dot(weight, min(forth, back)), all = dot(weight, max(forth, back));
+    return level > THIN_LEVELS ? 0.0 : smoothstep(0.3 * all, 0.7 * all + 1e-6, both);
+}
 
 tree_texel tree_texel_at(int c, int mip, vec3 p_ws)
 {
@@ -242,17 +251,17 @@ vec4 tree_sample_dense(int c, int mip, vec3 p_ws, vec3 direction)
 {
     tree_texel t = tree_texel_at(c, mip, p_ws);
     vec3 weight = abs(direction), back = vec3(lessThan(direction, vec3(0.0)));
-    vec3 depths = mix(tree_texel_depths(t, 0.0), tree_texel_depths(t, 1.0), back);
-#ifdef KD_LEAK_STRICT
+    vec3 forth = tree_texel_depths(t, 0.0), against = tree_texel_depths(t, 1.0), depths = mix(forth, against, back);
+    mat3 axes = mat3(tree_texel_radiance(t, back.x), tree_texel_radiance(t, 2.0 + back.y), tree_texel_radiance(t, 4.0 + back.z));
     float all = dot(weight, depths);
-    return vec4(tree_texel_darkest(t, back, weight, depths, all), all);
+#ifdef KD_LEAK_STRICT
+    return vec4(tree_darkest(axes, depths, weight, all), all);
 #endif
-    vec3 light = weight.x * tree_texel_radiance(t, back.x) + weight.y * tree_texel_radiance(t, 2.0 + back.y) +
-                 weight.z * tree_texel_radiance(t, 4.0 + back.z);
+    vec3 light = axes * weight;
+    light = mix(light, min(light, tree_darkest(axes, depths, weight, all)), tree_thinness(forth, against, weight, c + mip));
     // Stored depths share an exponent: of so little of them light is not known.
     const float LEAST_DEPTH = 0.04 * FULL_DEPTH;
-    float depth = dot(weight, depths);
-    return smoothstep(0.0, LEAST_DEPTH, depth) * vec4(light, depth);
+    return smoothstep(0.0, LEAST_DEPTH, all) * vec4(light, all);
 }
 
 // Is a value of this lod, in a place whose finest cascade is k (lod >= k), one of leaves or sparse nodes?

@@ -10,12 +10,16 @@
 // Depth has six directions: matter stops a ray that meets its front side. A ray that leaves a surface does not see the cells
 // of that surface, however coarse they are; without this a wide cone shadows itself at every level.
 //
-//   leaf          uvec2: S as rgb9e5 | normal 3 x snorm8, tau 7 bits of 0 … FULL_DEPTH, double sided 1 bit
+//   leaf          uvec2: S as rgb9e5 | normal 3 x snorm8, tau 7 bits of 0 … FULL_DEPTH, thin 1 bit: 0
+//                 or, where the two sides of something thin are in it, or it is double-sided: S of the brighter side | axis octahedral
+//                 2 x 8 bits, 1 bit: the brighter side is where the axis points away from, cube root of the other side's share
+//                 of S 7 bits, tau, thin: 1
 //   sparse node   uvec2: S as rgb9e5 | tau for rays towards +x -x +y -y +z -z, 5 bits each of 0 … FULL_DEPTH
 //   dense cell    six RGBA16F texels: (tau S, tau) for rays towards +x -x +y -y +z -z
 
 #include "shaders/shared/voxel.h"
 #include "shaders/include/half_pack.glsl"
+#include "shaders/include/octahedral.glsl"
 
 const float FULL_DEPTH = KD_FULL_DEPTH;
 
@@ -32,25 +36,34 @@ float open_after(float open, float depth, float residue)
 struct node_value {
     vec3 radiance;  // S
     float depth[6]; // tau by direction
+    float side[6];  // share of S that rays of the direction see
 };
 
 struct leaf_value {
     vec3 radiance;
-    vec3 normal;    // shorter than 1 where surfaces of several directions meet
+    vec3 normal; // shorter than 1 where surfaces of several directions meet; of what is thin a unit axis
     float depth;
-    bool double_sided;
+    bool thin;   // met from both sides: `radiance` is what the side sends out that the axis points to,
+    float other; // and this share of it the other side
 };
 
-uvec2 leaf_pack(leaf_value v)
+// The brighter side of what is thin is the one that the axis points to, or away from when it is `turned`.
+uvec2 leaf_pack(leaf_value v, bool turned)
 {
-    uint normal = packSnorm4x8(vec4(v.normal, 0.0)) & 0xFFFFFFu;
-    uint depth = uint(round(clamp(v.depth / FULL_DEPTH, 0.0, 1.0) * 127.0));
-    return uvec2(rgb9e5_pack(min(v.radiance, vec3(65000.0 / FULL_DEPTH))), normal | depth << 24 | uint(v.double_sided) << 31);
+    uint depth = uint(round(clamp(v.depth / FULL_DEPTH, 0.0, 1.0) * 127.0)), normal;
+    if (v.thin)
+        normal = octahedral_pack(v.normal) | uint(turned) << 16 | uint(round(pow(clamp(v.other, 0.0, 1.0), 1.0 / 3.0) * 127.0)) << 17;
+    else
+        normal = packSnorm4x8(vec4(v.normal, 0.0)) & 0xFFFFFFu;
+    return uvec2(rgb9e5_pack(min(v.radiance, vec3(65000.0 / FULL_DEPTH))), normal | depth << 24 | uint(v.thin) << 31);
 }
 
 leaf_value leaf_unpack(uvec2 w)
 {
-    return leaf_value(rgb9e5_unpack(w.x), unpackSnorm4x8(w.y).xyz, float((w.y >> 24) & 127u) * (FULL_DEPTH / 127.0), (w.y >> 31) != 0u);
+    bool thin = (w.y >> 31) != 0u;
+    float root = thin ? float(w.y >> 17 & 127u) * (1.0 / 127.0) : 1.0, points = (w.y >> 16 & 1u) != 0u ? -1.0 : 1.0;
+    vec3 normal = thin ? points * octahedral_unpack(w.y) : unpackSnorm4x8(w.y).xyz;
+    return leaf_value(rgb9e5_unpack(w.x), normal, float((w.y >> 24) & 127u) * (FULL_DEPTH / 127.0), thin, root * root * root);
 }
 
 // Share of a leaf's matter that a ray along `direction` meets from its front: none when it runs along the surface or leaves
@@ -58,16 +71,19 @@ leaf_value leaf_unpack(uvec2 w)
 float leaf_facing(leaf_value v, vec3 direction)
 {
     float towards = -dot(v.normal, direction);
-    if (v.double_sided)
+    if (v.thin)
         towards = abs(towards);
     return smoothstep(0.0, 0.5, towards + 0.8 * max(0.9 - length(v.normal), 0.0));
 }
+
+// Share of its radiance that a ray along `direction` sees.
+float leaf_side(leaf_value v, vec3 direction) { return dot(v.normal, direction) > 0.0 ? v.other : 1.0; }
 
 // (tau S, tau) as a ray along `direction` sees it.
 vec4 leaf_seen(leaf_value v, vec3 direction)
 {
     float depth = v.depth * leaf_facing(v, direction);
-    return vec4(v.radiance * depth, depth);
+    return vec4(v.radiance * (depth * leaf_side(v, direction)), depth);
 }
 
 const vec3 NODE_DIRECTIONS[6] = vec3[6](vec3(1, 0, 0), vec3(-1, 0, 0), vec3(0, 1, 0), vec3(0, -1, 0), vec3(0, 0, 1), vec3(0, 0, -1));
@@ -77,8 +93,10 @@ node_value node_of_leaf(uvec2 word)
     leaf_value v = leaf_unpack(word);
     node_value n;
     n.radiance = v.radiance;
-    for (int i = 0; i < 6; i++)
+    for (int i = 0; i < 6; i++) {
         n.depth[i] = v.depth > 0.0 ? v.depth * leaf_facing(v, NODE_DIRECTIONS[i]) : 0.0;
+        n.side[i] = leaf_side(v, NODE_DIRECTIONS[i]);
+    }
     return n;
 }
 
@@ -95,7 +113,10 @@ node_value node_unpack(uvec2 w)
     node_value n;
     n.radiance = rgb9e5_unpack(w.x);
     for (int i = 0; i < 6; i++)
+    {
         n.depth[i] = float((w.y >> (5 * i)) & 31u) * (FULL_DEPTH / 31.0);
+        n.side[i] = 1.0;
+    }
     return n;
 }
 

@@ -54,6 +54,14 @@ uint cells_to_ask(cell_parent parent)
     return bits;
 }
 
+// Of what is thin no side shows more than the other.
+cell_attributes without_side(cell_attributes a)
+{
+    if (a.thin && a.double_sided < 0.5)
+        a.normal = vec3(0.0);
+    return a;
+}
+
 void main()
 {
     uint parent = linear_index();
@@ -73,7 +81,7 @@ void main()
     uint at = ((c * uint(KD_EMITTER_BLOCKS) + of.z) * uint(KD_EMITTER_BLOCKS) + of.y) * uint(KD_EMITTER_BLOCKS) + of.x;
     do {
         uint k = uint(findLSB(bits));
-        cell_attributes a = cell_load(p, k);
+        cell_attributes a = without_side(cell_load(p, k));
         if (a.weight != 0u && any(greaterThan(a.emission, vec3(0.0))))
             add(at * KD_EMITTER_WORDS, a, within + (uvec3(k, k >> 1, k >> 2) & 1u), 1u << cascade_given_up(c));
         bits &= bits - 1u;

@@ -37,13 +37,13 @@ vec4 normal_at(vec3 p_ws)
         vec4 sum = vec4(0.0);
         if (block_has(block, k)) {
             uint word = leaves[block_slot(block, k)].y;
-            sum += vec4(unpackSnorm4x8(word).xyz, float(word >> 31));
+            sum += vec4((word >> 31) != 0u ? vec3(0.0) : unpackSnorm4x8(word).xyz, float(word >> 31));
         }
         if ((bits >> (code & 31u) & 1u) != 0u) {
             uint rank = rank_below(moving[at + places.news.y], bits, code);
             if (rank < pass.y && (dynamic_cells[pass.y * 8u + (rank >> 2)][rank & 3u] >> k & 1u) != 0u) {
                 uint word = dynamic_cells[rank * 8u + k].y;
-                sum += vec4(unpackSnorm4x8(word).xyz, float(word >> 31));
+                sum += vec4((word >> 31) != 0u ? vec3(0.0) : unpackSnorm4x8(word).xyz, float(word >> 31));
             }
         }
         return sum;

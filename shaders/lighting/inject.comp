@@ -15,6 +15,7 @@ layout(local_size_x = 64) in;
 #include "shaders/include/tree_node.glsl"
 #include "shaders/include/lights.glsl"
 #include "shaders/include/bounce.glsl"
+#include "shaders/include/color.glsl"
 #include "shaders/include/emitters_params.glsl"
 
 layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: capacity of the dynamic cells, z: number of this run; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
@@ -28,11 +29,15 @@ struct lit_leaf {
     float double_sided;
 };
 
+// Opposite sides of something thin are lit each for itself. What is double-sided has one light for both: a wall of one sheet
+// would be dark behind, and the rays that cross it by one of their axes with it.
+bool has_two_sides(cell_attributes a) { return a.thin && a.double_sided < 0.5; }
+
 lit_leaf lit_leaf_of(cell_attributes a, vec3 p_ws, float span)
 {
     float gathered = length(a.normal);
     vec3 n = gathered > 1e-3 ? a.normal / gathered : vec3(0.0);
-    return lit_leaf(p_ws, n, span, gathered > 1e-3 ? min(gathered * 2.0, 1.0) : 0.0, a.double_sided);
+    return lit_leaf(p_ws, n, span, gathered > 1e-3 ? min(gathered * 2.0, 1.0) : 0.0, has_two_sides(a) ? 0.0 : a.double_sided);
 }
 
 // Cosine that the cell's surfaces show to the light. Where normals of many directions meet, the mean of a sphere's lit
@@ -99,18 +104,32 @@ vec3 bounced_light(lit_leaf l, vec3 sides[6])
     return sum / weight;
 }
 
-uvec2 leaf_of(cell_attributes a, lit_leaf l, vec3 sides[6])
+// What a leaf sends out, stored units.
+vec3 radiance_of(cell_attributes a, lit_leaf l, vec3 albedo, vec3 sides[6])
 {
     vec3 lamps = bounce.z != 0u ? direct_light(l) : vec3(0.0);
+    vec3 emission = emitters.info.x == 0u ? a.emission * tree.light.x : vec3(0.0); // emitters.glsl lights by it
+    return tree.light.y * (albedo * (1.0 / 3.14159265) * lamps + emission) + albedo * bounced_light(l, sides);
+}
+
+uvec2 leaf_of(cell_attributes a, lit_leaf l, vec3 sides[6])
+{
     // Strictly, cells with surfaces of opposite sides reflect nothing: what lights one side would be seen from the other.
     vec3 albedo = a.albedo;
     if (tree_is_strict())
-        albedo *= (1.0 - a.double_sided) * smoothstep(0.9, 0.97, length(a.normal));
-    vec3 emission = emitters.info.x == 0u ? a.emission * tree.light.x : vec3(0.0); // emitters.glsl lights by it
-    vec3 radiance = tree.light.y * (albedo * (1.0 / 3.14159265) * lamps + emission);
-    radiance += albedo * bounced_light(l, sides);
-    float depth = FULL_DEPTH * min(float(a.weight) / 256.0, 1.0);
-    return leaf_pack(leaf_value(radiance, a.normal, depth, a.double_sided > 0.5));
+        albedo *= a.thin ? 0.0 : (1.0 - a.double_sided) * smoothstep(0.9, 0.97, length(a.normal));
+    leaf_value v = leaf_value(radiance_of(a, l, albedo, sides), a.normal, FULL_DEPTH * min(float(a.weight) / 256.0, 1.0), a.thin, 1.0);
+    bool turned = false;
+    // A loop, since software drivers run a branch that no leaf takes.
+    for (bool two = has_two_sides(a); two; two = false) {
+        l.normal = -l.normal;
+        vec3 other = radiance_of(a, l, albedo, sides);
+        float here = color_luminance(v.radiance), there = color_luminance(other);
+        turned = there > here;
+        v.radiance = turned ? other : v.radiance;
+        v.other = here == there ? 1.0 : min(here, there) / max(here, there);
+    }
+    return leaf_pack(v, turned);
 }
 
 // Leaves of a parent that hold something, or did. Returns a bit each.

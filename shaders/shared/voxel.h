@@ -51,8 +51,9 @@
 
 /* Words of an attribute sum, fixed point, one sum per occupied cell of a layer:
  *   0 weight (255 a voxel that covers the cell), 1-3 albedo (linear, 8 bit x weight), 4-6 normal (snorm8 x weight, signed),
- *   7-9 emission (KD_EMISSION_ONE is the brightest of the scene, x weight / 255), 10 weight of double-sided voxels, 11 weight of emissive ones, 12 their area x weight */
-#define KD_SUM_WORDS 13u
+ *   7-9 emission (KD_EMISSION_ONE is the brightest of the scene, x weight / 255), 10 weight of double-sided voxels, 11 weight of emissive ones, 12 their area x weight,
+ *   13-15 axis of the normal (turned so that its largest part is positive) x weight, signed */
+#define KD_SUM_WORDS 16u
 #define KD_EMISSION_ONE 4095.0
 
 /* One primitive of one entity in the voxel scene. */

@@ -65,6 +65,7 @@ uint make_cells(uint n)
     uint given_up = cascade_given_up(code >> (3u * (KD_DENSE_LOG2 + pass.y)));
     eight_sums sums = chain_sums(first);
     chain_join(sums, given_up);
+    eight_axes axes = chain_axes(first, sums, given_up);
 #define PUT(k, surface) bits |= 1u << k; cells[n * 8u + k] = uvec4(surface, 0u, 0u);
     EIGHT_EACH(PUT, sums)
     heads[n] = KD_EMPTY;

@@ -62,6 +62,7 @@ void main()
     uint given_up = cascade_given_up(code >> (3u * (KD_DENSE_LOG2 + pass.w)));
     eight_sums sums = chain_sums(first);
     chain_join(sums, given_up);
+    eight_axes axes = chain_axes(first, sums, given_up);
 #define PUT(k, surface) put(block, k, surface);
     EIGHT_EACH(PUT, sums)
     for (uint glow = tree.light.x > 0.0 ? block >> KD_BLOCK_BITS : 0u; glow != 0u; glow &= glow - 1u) {

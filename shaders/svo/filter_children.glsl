@@ -8,6 +8,8 @@ layout(std430, binding = 1) readonly buffer work_block { uint work[]; }; // what
 layout(std430, binding = 2) readonly buffer leaves_block { uvec2 leaves[]; };
 layout(std430, binding = 5) buffer data_block { uvec2 data[]; };
 
+const node_value NOTHING = node_value(vec3(0.0), float[6](0.0, 0.0, 0.0, 0.0, 0.0, 0.0), float[6](0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
+
 node_value child[8];
 
 // A node of a cascade that has given up the levels below it has one child, which stands for all eight.
@@ -27,7 +29,7 @@ void spread_alone()
 void load_nothing()
 {
     for (uint i = 0u; i < 8u; i++)
-        child[i] = node_value(vec3(0.0), float[6](0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
+        child[i] = NOTHING;
 }
 
 void load_leaves(uint block)
@@ -41,7 +43,7 @@ void load_nodes(uint node, uint first_slot, uint first_data)
     for (uint i = 0u; i < 8u; i++) {
         uint word = nodes[first_slot + node * 8u + i];
         if (word == KD_EMPTY)
-            child[i] = node_value(vec3(0.0), float[6](0.0, 0.0, 0.0, 0.0, 0.0, 0.0));
+            child[i] = NOTHING;
         else
             child[i] = node_unpack(data[first_data + word]);
     }
@@ -57,7 +59,8 @@ vec4 along(uint axis, bool reverse)
     for (uint k = 0u; k < 4u; k++) {
         uint low = (k & 1u) * a + (k >> 1) * b;
         uint front = reverse ? low + step : low, back = reverse ? low : low + step;
-        sum += behind(child[front].radiance, child[front].depth[direction], child[back].radiance, child[back].depth[direction]);
+        sum += behind(child[front].side[direction] * child[front].radiance, child[front].depth[direction],
+                      child[back].side[direction] * child[back].radiance, child[back].depth[direction]);
         depths += child[front].depth[direction] + child[back].depth[direction];
     }
     return column_mean(sum, depths, tree_is_strict());

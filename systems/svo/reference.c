@@ -116,17 +116,31 @@ static voxel_attributes load_attributes(const svo_reference_source *source,
     return a;
 }
 
+/* Turned so that its largest part is positive. */
+static void normal_axis(const int32_t normal[3], int32_t axis[3])
+{
+    int largest = 0;
+    for (int k = 1; k < 3; k++)
+        if (abs(normal[k]) > abs(normal[largest]))
+            largest = k;
+    for (int k = 0; k < 3; k++)
+        axis[k] = normal[largest] < 0 ? -normal[k] : normal[k];
+}
+
 static void add(svo_reference *tree, uint32_t layer, uint32_t bit, uint32_t weight, const void *user)
 {
     const voxel_attributes *a = user;
     uint32_t below = tree->masks[layer][bit >> 5] & ((1u << (bit & 31)) - 1u);
     uint32_t *sum = tree->sums[layer][tree->ranks[layer][bit >> 5] + bit_count(below)];
     bool emissive = a->emission[0] || a->emission[1] || a->emission[2];
+    int32_t axis[3];
+    normal_axis(a->normal, axis);
     sum[0] += weight;
     for (int k = 0; k < 3; k++) {
         sum[1 + k] += a->albedo[k] * weight;
         sum[4 + k] += (uint32_t)(a->normal[k] * (int32_t)weight);
         sum[7 + k] += (a->emission[k] * weight + 128) >> 8;
+        sum[13 + k] += (uint32_t)(axis[k] * (int32_t)weight);
     }
     sum[10] += a->double_sided ? weight : 0;
     sum[11] += emissive ? weight : 0;
@@ -165,10 +179,43 @@ static uint32_t mean(uint32_t sum, uint32_t weight)
     return (sum + weight / 2) / weight;
 }
 
-static uint32_t mean_signed(uint32_t sum, uint32_t weight)
+static int32_t mean_signed(uint32_t sum, uint32_t weight)
 {
     int32_t s = (int32_t)sum;
-    return (s < 0 ? 0u - mean((uint32_t)-s, weight) : mean(sum, weight)) & 255u;
+    return s < 0 ? -(int32_t)mean((uint32_t)-s, weight) : (int32_t)mean(sum, weight);
+}
+
+/* Returns the square of its length. */
+static int32_t mean_normal(const uint32_t sum[3], uint32_t weight, int32_t normal[3])
+{
+    int32_t square = 0;
+    for (int k = 0; k < 3; k++) {
+        normal[k] = mean_signed(sum[k], weight);
+        square += normal[k] * normal[k];
+    }
+    return square;
+}
+
+static uint32_t octahedral_pack(const int32_t n[3])
+{
+    uint32_t sum = (uint32_t)(abs(n[0]) + abs(n[1]) + abs(n[2]));
+    int32_t u = (int32_t)mean((uint32_t)abs(n[0]) * 127, sum),
+            v = (int32_t)mean((uint32_t)abs(n[1]) * 127, sum);
+    int32_t x = n[2] < 0 ? 127 - v : u, y = n[2] < 0 ? 127 - u : v;
+    return ((uint32_t)(n[0] < 0 ? -x : x) & 255u) | ((uint32_t)(n[1] < 0 ? -y : y) & 255u) << 8;
+}
+
+/* Normal, weight and whether it is thin: shaders/include/cell_pack.glsl. */
+static uint32_t pack_normal(const uint32_t sum[KD_SUM_WORDS], uint32_t weight, uint32_t both_sides)
+{
+    enum { AGREED = 102 * 102, ONE_AXIS = 64 * 64 };
+    uint32_t covers = ((weight < 256 ? weight : 256) * 127 + 128) >> 8, word = 0;
+    int32_t normal[3], axis[3], length2 = mean_normal(sum + 4, weight, normal);
+    int32_t axis2 = mean_normal(length2 < AGREED ? sum + 13 : sum + 4, weight, axis);
+    bool thin = axis2 >= ONE_AXIS && (both_sides > 1 || 25 * length2 < 9 * axis2);
+    for (int k = 0; k < 3; k++)
+        word |= ((uint32_t)normal[k] & 255u) << (8 * k);
+    return (thin ? octahedral_pack(axis) : word) | (covers ? covers : 1) << 24 | (uint32_t)thin << 31;
 }
 
 /* Three fractions numerator / denominator of one shared scale: 9 bits each and 5 bits of halvings. */
@@ -206,11 +253,10 @@ static uint32_t pack_area(uint32_t area, uint32_t emissive, uint32_t shared_by)
 
 static void pack_cell(const uint32_t sum[KD_SUM_WORDS], uint32_t cell[4])
 {
-    uint32_t weight = sum[0] ? sum[0] : 1, covers = ((weight < 256 ? weight : 256) * 127 + 128) >> 8;
-    cell[0] = mean(sum[1], weight) | mean(sum[2], weight) << 10 | mean(sum[3], weight) << 20 |
-              mean(sum[10] * 3, weight) << 30;
-    cell[1] = mean_signed(sum[4], weight) | mean_signed(sum[5], weight) << 8 |
-              mean_signed(sum[6], weight) << 16 | (covers ? covers : 1) << 24 | cell[0] >> 31 << 31;
+    uint32_t weight = sum[0] ? sum[0] : 1, both_sides = mean(sum[10] * 3, weight);
+    cell[0] =
+        mean(sum[1], weight) | mean(sum[2], weight) << 10 | mean(sum[3], weight) << 20 | both_sides << 30;
+    cell[1] = pack_normal(sum, weight, both_sides);
     uint32_t shared_by = emission_weight(sum[0], sum[11]);
     cell[2] = pack_emission(sum + 7, shared_by);
     cell[3] = pack_area(sum[12], sum[11], shared_by);

@@ -151,7 +151,7 @@ static void put_leaf(dump *d, const kd_voxel_scene *scene, const kd_svo *svo, co
     else if (still)
         leaf = s->leaves + 2 * (size_t)slot;
     row.cascade = world_cell(scene, svo->leaf_level, 0, code, row.cell);
-    unpack_normal(leaf[1], row.normal);
+    unpack_leaf_normal(leaf[1], row.normal);
     row.depth = unpack_leaf_depth(leaf[1]);
     unpack_rgb9e5(leaf[0], row.radiance);
     for (int i = 0; i < 3; i++) {

@@ -21,6 +21,21 @@ static inline void unpack_normal(uint32_t word, float out[3])
         out[k] = unpack_snorm8(word, k);
 }
 
+/* Normal of a leaf by its second word; of a thin one its axis, octahedral. */
+static inline void unpack_leaf_normal(uint32_t word, float out[3])
+{
+    unpack_normal(word, out);
+    if (!(word >> 31))
+        return;
+    float x = out[0], y = out[1], z = 1 - fabsf(x) - fabsf(y);
+    out[0] = z < 0 ? copysignf(1 - fabsf(y), x) : x;
+    out[1] = z < 0 ? copysignf(1 - fabsf(x), y) : y;
+    out[2] = z;
+    float length = sqrtf(out[0] * out[0] + out[1] * out[1] + z * z);
+    for (int k = 0; k < 3; k++)
+        out[k] /= length;
+}
+
 /* Radiance: 9 bits a channel and a shared power of two. */
 static inline void unpack_rgb9e5(uint32_t word, float out[3])
 {
