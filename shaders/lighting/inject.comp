@@ -27,6 +27,7 @@ struct lit_leaf {
     vec3 p_ws, normal;     // normal: unit, or 0
     float span, directed;  // directed: 0 where normals of many directions meet, 1 where they agree
     float double_sided;
+    bool two_sides;        // of which `normal` is one
 };
 
 // Opposite sides of something thin are lit each for itself. What is double-sided has one light for both: a wall of one sheet
@@ -37,15 +38,15 @@ lit_leaf lit_leaf_of(cell_attributes a, vec3 p_ws, float span)
 {
     float gathered = length(a.normal);
     vec3 n = gathered > 1e-3 ? a.normal / gathered : vec3(0.0);
-    return lit_leaf(p_ws, n, span, gathered > 1e-3 ? min(gathered * 2.0, 1.0) : 0.0, has_two_sides(a) ? 0.0 : a.double_sided);
+    return lit_leaf(p_ws, n, span, gathered > 1e-3 ? min(gathered * 2.0, 1.0) : 0.0, has_two_sides(a) ? 0.0 : a.double_sided, has_two_sides(a));
 }
 
 // Cosine that the cell's surfaces show to the light. Where normals of many directions meet, the mean of a sphere's lit
-// side takes over: a quarter of what faces it, unless the light is shut in.
+// side takes over: a quarter of what faces it. A light that is shut in gives nothing to cells of both sides.
 float facing(lit_leaf l, vec3 to_light, float is_open)
 {
     float d = dot(l.normal, to_light), cosine = mix(max(d, 0.0), abs(d), l.double_sided);
-    return mix(0.25 * is_open, cosine, l.directed);
+    return mix(0.25 * is_open, l.two_sides ? cosine * is_open : cosine, l.directed);
 }
 
 // Where a leaf asks for its shadow: lifted off its own surface.
