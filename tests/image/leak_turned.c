@@ -67,8 +67,8 @@ static void thin_walls_let_little_in(void **state)
 {
     (void)state;
     leakage l = render("default");
-    assert_double_below(l.mean, 0.035);
-    assert_double_below(l.worst, 0.048);
+    assert_double_below(l.mean, 0.018);
+    assert_double_below(l.worst, 0.025);
     assert_double_above(l.mean, 0.001); /* or nothing below would be shown */
 }
 
