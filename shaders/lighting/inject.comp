@@ -113,24 +113,21 @@ vec3 radiance_of(cell_attributes a, lit_leaf l, vec3 albedo, vec3 sides[6])
     return tree.light.y * (albedo * (1.0 / 3.14159265) * lamps + emission) + albedo * bounced_light(l, sides);
 }
 
-uvec2 leaf_of(cell_attributes a, lit_leaf l, vec3 sides[6])
+// Strictly, cells with surfaces of opposite sides reflect nothing: what lights one side would be seen from the other.
+vec3 albedo_of(cell_attributes a)
 {
-    // Strictly, cells with surfaces of opposite sides reflect nothing: what lights one side would be seen from the other.
-    vec3 albedo = a.albedo;
-    if (tree_is_strict())
-        albedo *= a.thin ? 0.0 : (1.0 - a.double_sided) * smoothstep(0.9, 0.97, length(a.normal));
-    leaf_value v = leaf_value(radiance_of(a, l, albedo, sides), a.normal, FULL_DEPTH * min(float(a.weight) / 256.0, 1.0), a.thin, 1.0);
-    bool turned = false;
-    // A loop, since software drivers run a branch that no leaf takes.
-    for (bool two = has_two_sides(a); two; two = false) {
-        l.normal = -l.normal;
-        vec3 other = radiance_of(a, l, albedo, sides);
-        float here = color_luminance(v.radiance), there = color_luminance(other);
-        turned = there > here;
-        v.radiance = turned ? other : v.radiance;
-        v.other = here == there ? 1.0 : min(here, there) / max(here, there);
-    }
-    return leaf_pack(v, turned);
+    float shown = a.thin ? 0.0 : (1.0 - a.double_sided) * smoothstep(0.9, 0.97, length(a.normal));
+    return tree_is_strict() ? shown * a.albedo : a.albedo;
+}
+
+// front: what the side sends out that the normal points to, back: the other one
+uvec2 leaf_of(cell_attributes a, vec3 front, vec3 back)
+{
+    float here = color_luminance(front), there = color_luminance(back);
+    bool turned = there > here;
+    float other = here == there ? 1.0 : min(here, there) / max(here, there);
+    float depth = FULL_DEPTH * min(float(a.weight) / 256.0, 1.0);
+    return leaf_pack(leaf_value(turned ? back : front, a.normal, depth, a.thin, other), turned);
 }
 
 // Leaves of a parent that hold something, or did. Returns a bit each.
@@ -152,18 +149,29 @@ bool light_leaves(cell_parent parent)
     float cell = tree.cascade[c].w, span = cell * float(1u << cascade_given_up(c)); // of what stands for others
     vec3 sides[6];
     bounced_sides(c, low >> int(tree.info.w), sides);
-    bool changed = false;
+    bool changed = false, has_front = false;
+    vec3 front = vec3(0.0);
     do {
         uint k = uint(findLSB(bits));
         uint slot = cell_slot(parent, k);
         cell_attributes a = cell_load(parent, k);
         vec3 p_ws = tree.cascade[c].xyz + vec3(low + (ivec3(k, k >> 1, k >> 2) & 1)) * cell + 0.5 * span;
-        uvec2 leaf = a.weight != 0u ? leaf_of(a, lit_leaf_of(a, p_ws, span), sides) : uvec2(0u);
-        if (leaf != leaves[slot]) {
-            leaves[slot] = leaf;
-            changed = true;
+        lit_leaf l = lit_leaf_of(a, p_ws, span);
+        l.normal = has_front ? -l.normal : l.normal;
+        vec3 radiance = radiance_of(a, l, albedo_of(a), sides);
+        // A leaf of two sides takes two rounds, so that software drivers light no other leaf twice.
+        if (l.two_sides && !has_front) {
+            front = radiance;
+            has_front = true;
+        } else {
+            uvec2 leaf = a.weight != 0u ? leaf_of(a, has_front ? front : radiance, radiance) : uvec2(0u);
+            has_front = false;
+            bits &= bits - 1u;
+            if (leaf != leaves[slot]) {
+                leaves[slot] = leaf;
+                changed = true;
+            }
         }
-        bits &= bits - 1u;
     } while (bits != 0u);
     return changed;
 }
