@@ -19,7 +19,7 @@ layout(std430, binding = 1) writeonly buffer bounce_block { uint entries[]; };
 #ifdef KD_LEAK_STRICT
 const float LONGER_STEPS = 1.0, CLOSED = 0.0;
 #else
-const float LONGER_STEPS = 1.4, CLOSED = 0.25;
+const float LONGER_STEPS = 1.4, CLOSED = 0.1;
 #endif
 
 // Voxels between the surface and where its cones start.

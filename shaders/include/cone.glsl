@@ -24,15 +24,21 @@ const float CONE_NEAR_WIDTH = 4.0;
 // steps are 1.4 cells. A smaller share loses less light through walls, and closes more of what is half open.
 const float CONE_WALL = 0.92;
 
+// Cells of so many voxels and more are as large as rooms, whose walls cover them in part: light of a closed room would go out between
+// them. The first sample of such a level stands for more of the way, in cells, than its step.
+const int CONE_ROOM_LOD = 7;
+
 // What a cone of which less than CONE_CLOSED is open has met is taken for all of it: it ends in the wall that it came to, and does
 // not look for the rest in what lies behind. Leaves and the finest dense cells are denser: they reach over a voxel or two, so the
 // place of a wall is known well enough, and a wall that a cone starts beside has less of its depth in front of it.
 //
 // `light.leak=strict`: matter is many times as dense, and a cone goes on until it would add nothing that is seen.
 #ifdef KD_LEAK_STRICT
-const float CONE_LEAST = 0.0001, CONE_DENSITY = 18.0 / FULL_DEPTH, CONE_NEAR_DENSITY = 1.0, CONE_CLOSED = 0.0, CONE_AHEAD = 0.0;
+const float CONE_LEAST = 0.0001, CONE_DENSITY = 18.0 / FULL_DEPTH, CONE_NEAR_DENSITY = 1.0;
+const float CONE_CLOSED = 0.0, CONE_AHEAD = 0.0, CONE_OVERLAP = 0.0;
 #else
-const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0, CONE_NEAR_DENSITY = 2.0, CONE_CLOSED = 0.05, CONE_AHEAD = 1.0;
+const float CONE_LEAST = 0.01, CONE_DENSITY = 1.0, CONE_NEAR_DENSITY = 2.0;
+const float CONE_CLOSED = 0.05, CONE_AHEAD = 1.0, CONE_OVERLAP = 1.0;
 #endif
 
 // Narrow cones have far to go: longer steps, which find less of a wall, so matter is denser; denser still, and panels thinner than
@@ -59,12 +65,11 @@ struct cone_result {
     vec3 radiance;
     float transmittance;
     float occlusion;    // weighted by 1 / (1 + falloff t)
-    int samples;
+    int samples, lod;   // lod: of the last sample
     vec3 shown;         // radiance of what the last sample met,
     float gained;       // and how much of the cone that closed
 #ifdef KD_CONES_PAPER
     vec4 before; // the last sample
-    int lod_before;
 #endif
 };
 
@@ -75,11 +80,11 @@ cone_result cone_begin()
     r.transmittance = 1.0;
     r.occlusion = 0.0;
     r.samples = 0;
+    r.lod = -1;
     r.shown = vec3(0.0);
     r.gained = 0.0;
 #ifdef KD_CONES_PAPER
     r.before = vec4(0.0);
-    r.lod_before = -1;
 #endif
     return r;
 }
@@ -137,10 +142,10 @@ vec4 cone_join_levels(inout cone_result r, cone_place at, vec3 facing, vec4 v)
 // section 4.1).
 vec4 cone_join_levels(inout cone_result r, cone_place at, vec3 facing, vec4 v)
 {
-    float share = r.lod_before >= 0 && r.lod_before < at.lod ? clamp(float(at.lod) - at.level, 0.0, 0.5) : 0.0;
+    float share = r.lod >= 0 && r.lod < at.lod ? clamp(float(at.lod) - at.level, 0.0, 0.5) : 0.0;
     vec4 both = mix(v, r.before, share);
     r.before = v;
-    r.lod_before = at.lod;
+    r.lod = at.lod;
     return both;
 }
 #else
@@ -172,13 +177,20 @@ float cone_open_after(float open, vec4 v, float s)
 // depth are filtered on their own, so that their quotient may be any number. Light that bounces would grow without end by that.
 const float CONE_LEAST_DEPTH = 1e-5;
 
+// How much of its way a sample stands for.
+float cone_stands_for(cone_result r, cone_place at)
+{
+    bool new_room = at.lod >= CONE_ROOM_LOD && at.lod > r.lod;
+    return at.stride + (new_room ? CONE_OVERLAP * tree.cascade[0].w * exp2(float(at.lod)) : 0.0);
+}
+
 // v: what the sample at t gave.
 //
 // Interpolated matter begins half a cell in front of itself, and a ray that comes aslant would see a place too near by as much: so
 // what a sample closed shows the radiance that the next one meets, as far as that closes as much.
-void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_settings settings)
+void cone_step(inout cone_result r, inout float t, vec4 v, cone_place at, cone_settings settings)
 {
-    float open = cone_open_after(r.transmittance, v, s * settings.density), gained = r.transmittance - open;
+    float s = cone_stands_for(r, at), open = cone_open_after(r.transmittance, v, s * settings.density), gained = r.transmittance - open;
     vec3 shown = v.a * s > CONE_LEAST_DEPTH ? v.rgb / v.a : r.shown;
     r.radiance += gained * shown + CONE_AHEAD * min(gained, r.gained) * (shown - r.shown);
     r.occlusion += gained / (1.0 + settings.falloff * t);
@@ -188,8 +200,9 @@ void cone_step(inout cone_result r, inout float t, vec4 v, float s, cone_setting
     r.radiance *= whole;
     r.occlusion *= whole;
     r.transmittance = open < settings.closed ? 0.0 : open;
+    r.lod = at.lod;
     r.samples++;
-    t += s;
+    t += at.stride;
 }
 
 // The sequence of distances depends on the aperture and the start alone, so all pixels of a surface change levels at the
@@ -208,13 +221,13 @@ cone_result cone_trace(vec3 origin_ws, vec3 direction, vec3 facing, float tan_ha
     do {
         do {
             if (at.goes_on && at.sparse) {
-                cone_step(r, t, cone_sample_sparse(r, at, facing), at.stride, settings);
+                cone_step(r, t, cone_sample_sparse(r, at, facing), at, settings);
                 at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
             }
         } while (at.goes_on && at.sparse);
         do {
             if (at.goes_on && !at.sparse) {
-                cone_step(r, t, cone_sample_wide(r, at, facing), at.stride, settings);
+                cone_step(r, t, cone_sample_wide(r, at, facing), at, settings);
                 at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
             }
         } while (at.goes_on && !at.sparse);
@@ -267,7 +280,7 @@ cone_result cone_trace_wide(vec3 origin_ws, vec3 direction, vec3 facing, float t
     do {
         if (at.goes_on) {
             at.lod = max(at.lod, at.cascade + KD_SPARSE_LEVELS);
-            cone_step(r, t, cone_sample_wide(r, at, facing), at.stride, settings);
+            cone_step(r, t, cone_sample_wide(r, at, facing), at, settings);
             at = cone_place_at(t, r, origin_ws, direction, tan_half, settings);
         }
     } while (at.goes_on);
