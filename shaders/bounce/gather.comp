@@ -23,7 +23,7 @@ const float LONGER_STEPS = 1.4, CLOSED = 0.1;
 #endif
 
 // Voxels between the surface and where its cones start.
-const float LIFT = 1.5;
+const float LIFT = 2.5;
 
 vec3 gather(side_place place, float span, uint variant)
 {
