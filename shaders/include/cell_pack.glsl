@@ -1,6 +1,7 @@
 // Sums of a cell to attributes of 16 bytes (cell_attributes.glsl unpacks them):
 // albedo 3 x 10 bits, share of double-sided voxels 2 bits | normal 3 x snorm8, or of what is thin an octahedral axis, 2 x snorm8;
-// weight 7 bits: 127 a whole voxel or more of them, thin 1 bit: as a leaf has it (tree_node.glsl) | emission 3 x 9 bits, halvings 5 | area of what glows 16 bits. The last two are 0 where nothing glows.
+// weight 7 bits: 127 a whole voxel or more of them, thin 1 bit: as a leaf has it (tree_node.glsl) | emission 3 x 9 bits, halvings 5 |
+// area of what glows 16 bits. The last two are 0 where nothing glows.
 // In integers throughout: every driver makes the same bytes, and so does systems/svo/reference.c.
 // given_up: levels (cascade_given_up of tree_params.glsl); a face of such a cell takes four times as many voxels for each.
 

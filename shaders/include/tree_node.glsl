@@ -112,8 +112,7 @@ node_value node_unpack(uvec2 w)
 {
     node_value n;
     n.radiance = rgb9e5_unpack(w.x);
-    for (int i = 0; i < 6; i++)
-    {
+    for (int i = 0; i < 6; i++) {
         n.depth[i] = float((w.y >> (5 * i)) & 31u) * (FULL_DEPTH / 31.0);
         n.side[i] = 1.0;
     }

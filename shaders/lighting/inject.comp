@@ -18,9 +18,11 @@ layout(local_size_x = 64) in;
 #include "shaders/include/color.glsl"
 #include "shaders/include/emitters_params.glsl"
 
-layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; }; // x: level of the leaf parents, y: capacity of the dynamic cells, z: number of this run; bounce.x: frame, y: age from which entries are dropped (0: none are sent out), z: 1 lets light of lamps in
+// pass.x: level of the leaf parents, y: capacity of the dynamic cells, z: number of this run; bounce.x: frame, y: age from which
+// entries are dropped (0: none are sent out), z: 1 lets light of lamps in
+layout(std140, binding = 0) uniform pass_block { uvec4 pass; uvec4 bounce; };
 layout(std430, binding = 6) readonly buffer open_block { float open[]; }; // of local lights: enclosed.comp
-layout(binding = KD_UNIT_BOUNCE) uniform usamplerBuffer entries;                  // shaders/shared/bounce.h
+layout(binding = KD_UNIT_BOUNCE) uniform usamplerBuffer entries;          // shaders/shared/bounce.h
 
 // Where a leaf's light arrives.
 struct lit_leaf {
@@ -30,15 +32,17 @@ struct lit_leaf {
     bool two_sides;        // of which `normal` is one
 };
 
-// Opposite sides of something thin are lit each for itself. What is double-sided has one light for both: a wall of one sheet
-// would be dark behind, and the rays that cross it by one of their axes with it.
-bool has_two_sides(cell_attributes a) { return a.thin && a.double_sided < 0.5; }
+// Opposite sides of something thin are lit each for itself, those of a double-sided sheet too: its cones meet its own cells from
+// behind, and would light it by what shines on its front.
+bool has_two_sides(cell_attributes a) { return a.thin; }
 
 lit_leaf lit_leaf_of(cell_attributes a, vec3 p_ws, float span)
 {
     float gathered = length(a.normal);
     vec3 n = gathered > 1e-3 ? a.normal / gathered : vec3(0.0);
-    return lit_leaf(p_ws, n, span, gathered > 1e-3 ? min(gathered * 2.0, 1.0) : 0.0, has_two_sides(a) ? 0.0 : a.double_sided, has_two_sides(a));
+    float directed = gathered > 1e-3 ? min(gathered * 2.0, 1.0) : 0.0;
+    bool two_sides = has_two_sides(a);
+    return lit_leaf(p_ws, n, span, directed, two_sides ? 0.0 : a.double_sided, two_sides);
 }
 
 // Cosine that the cell's surfaces show to the light. Where normals of many directions meet, the mean of a sphere's lit

@@ -176,7 +176,8 @@ static void add_lights(shadow_state *s, bool directional, const kd_view *view, c
     }
 }
 
-/* The sun of a sky's picture comes after the directional lights of the scene. */
+/* The sun of a sky's picture comes first: it cannot be told to cast no shadow, and without one it would shine
+ * through walls. */
 static void add_sky_sun(shadow_state *s, kd_world *w, const kd_view *view, const kd_frame *frame,
                         const shadow_bounds *bounds)
 {
@@ -230,8 +231,8 @@ void shadow_lights_run(kd_system_context *context)
     shadow_bounds bounds = {list->bounds_min_ws, list->bounds_max_ws, list->draw_count == 0};
     begin_lights(s, frame);
     fill_view(s, view, frame, &bounds);
-    add_lights(s, true, view, frame, &bounds);
     add_sky_sun(s, w, view, frame, &bounds);
+    add_lights(s, true, view, frame, &bounds);
     lighting->directional_count = s->lights.count.x;
     float lamp = kd_lamp_size(kd_vec3_length(kd_vec3_sub(bounds.high, bounds.low)));
     s->lights.kinds = (struct kd_gl_vec4){(float)s->lights.count.x, fmaxf(lamp * lamp, 1e-20f), 0, 0};

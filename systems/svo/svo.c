@@ -74,6 +74,8 @@ static kd_status make(kd_gpu *gpu, svo_state *state, kd_svo *svo, const kd_voxel
                       const kd_settings *settings)
 {
     svo_allow(gpu, state, svo, settings->svo_memory);
+    if ((uint64_t)scene->stale_places.groups * 4 > (uint64_t)kd_gpu_get_info(gpu)->max_ssbo_bytes)
+        return KD_NO_MEMORY; /* what is to be made anew could not be bound */
     kd_status status = svo_make(gpu, svo, scene);
     svo->strict = settings->light_leak == KD_LEAK_STRICT;
     bool taken = scene->build != KD_SVO_BUILD_ORDERFREE, atomic = scene->build == KD_SVO_BUILD_ATOMIC;

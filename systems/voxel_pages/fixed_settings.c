@@ -4,9 +4,10 @@
 
 #include "runtime/core/log.h"
 
-static const char *const keys[] = {"voxels.span",       "voxels.resolution", "voxels.cascades",
-                                   "voxels.separating", "voxels.fill",       "voxels.binding",
-                                   "svo.layers",        "svo.build",         "light.leak"};
+static const char *const keys[] = {
+    "voxels.span",    "voxels.resolution", "voxels.cascades", "voxels.separating", "voxels.fill",
+    "voxels.binding", "svo.layers",        "svo.build",       "light.leak",        "film.supersample",
+    "film.subframes", "film.layers",       "film.png_depth"};
 
 static void tell(const fixed_settings *f, const kd_settings *now, const kd_setting_row *row)
 {

@@ -285,7 +285,7 @@ kd_status kd_voxel_pages_import(kd_schedule *s)
                               KD_USES(kd_draw_list), KD_USES(kd_light), KD_USES(kd_sky),
                               KD_USES(kd_sky_images), KD_USES(kd_world_transform)},
                .resources = {{"voxels.pages", KD_USE_STORAGE_READ | KD_USE_STORAGE_WRITE | KD_USE_COPY_WRITE},
-                             {"voxels.cache", KD_USE_STORAGE_READ},
+                             {"voxels.cache", KD_USE_STORAGE_READ | KD_USE_SAMPLED},
                              {"voxels.stale", KD_USE_COPY_WRITE},
                              {"voxels.objects", KD_USE_COPY_WRITE}},
                .run_if = kd_frame_needs_voxels,

@@ -20,7 +20,7 @@ typedef struct leaf {
     uint32_t cascade;
     int32_t cell[3];
     uint32_t layers;
-    float weight, albedo[3], emission[3], normal[3], depth, radiance[3];
+    float weight, albedo[3], emission[3], normal[3], depth, radiance[3], other;
 } leaf;
 typedef struct node {
     uint32_t level, cascade;

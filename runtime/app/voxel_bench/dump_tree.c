@@ -67,7 +67,7 @@ typedef struct leaf_row {
     uint32_t cascade;
     int32_t cell[3];
     uint32_t layers; /* 1 static, 2 dynamic, 3 both */
-    float weight, albedo[3], emission[3], normal[3], depth, radiance[3];
+    float weight, albedo[3], emission[3], normal[3], depth, radiance[3], other;
 } leaf_row;
 
 static const dump_column leaf_columns[] = {
@@ -75,7 +75,8 @@ static const dump_column leaf_columns[] = {
     {"layers", "<u4"},     {"weight", "<f4"},     {"albedo_r", "<f4"},   {"albedo_g", "<f4"},
     {"albedo_b", "<f4"},   {"emission_r", "<f4"}, {"emission_g", "<f4"}, {"emission_b", "<f4"},
     {"normal_x", "<f4"},   {"normal_y", "<f4"},   {"normal_z", "<f4"},   {"depth", "<f4"},
-    {"radiance_r", "<f4"}, {"radiance_g", "<f4"}, {"radiance_b", "<f4"}, {NULL, NULL},
+    {"radiance_r", "<f4"}, {"radiance_g", "<f4"}, {"radiance_b", "<f4"}, {"other", "<f4"},
+    {NULL, NULL},
 };
 
 /* All that leaves are made of, read back. */
@@ -153,6 +154,7 @@ static void put_leaf(dump *d, const kd_voxel_scene *scene, const kd_svo *svo, co
     row.cascade = world_cell(scene, svo->leaf_level, 0, code, row.cell);
     unpack_leaf_normal(leaf[1], row.normal);
     row.depth = unpack_leaf_depth(leaf[1]);
+    row.other = unpack_leaf_other(leaf[1]);
     unpack_rgb9e5(leaf[0], row.radiance);
     for (int i = 0; i < 3; i++) {
         row.radiance[i] *= scene->stored_unit > 0 ? scene->stored_unit : 1;

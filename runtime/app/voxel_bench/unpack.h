@@ -21,7 +21,7 @@ static inline void unpack_normal(uint32_t word, float out[3])
         out[k] = unpack_snorm8(word, k);
 }
 
-/* Normal of a leaf by its second word; of a thin one its axis, octahedral. */
+/* Normal of a leaf by its second word; of a thin one its axis, octahedral, towards the brighter side. */
 static inline void unpack_leaf_normal(uint32_t word, float out[3])
 {
     unpack_normal(word, out);
@@ -31,9 +31,16 @@ static inline void unpack_leaf_normal(uint32_t word, float out[3])
     out[0] = z < 0 ? copysignf(1 - fabsf(y), x) : x;
     out[1] = z < 0 ? copysignf(1 - fabsf(x), y) : y;
     out[2] = z;
-    float length = sqrtf(out[0] * out[0] + out[1] * out[1] + z * z);
+    float length = sqrtf(out[0] * out[0] + out[1] * out[1] + z * z) * (word >> 16 & 1 ? -1.0f : 1.0f);
     for (int k = 0; k < 3; k++)
         out[k] /= length;
+}
+
+/* Light of a thin leaf's darker side over that of the brighter one; 1 of any other leaf. */
+static inline float unpack_leaf_other(uint32_t word)
+{
+    float root = word >> 31 ? (float)(word >> 17 & 127) / 127 : 1;
+    return root * root * root;
 }
 
 /* Radiance: 9 bits a channel and a shared power of two. */
