@@ -34,15 +34,12 @@ struct lit_leaf {
 
 // Opposite sides of something thin are lit each for itself, those of a double-sided sheet too: its cones meet its own cells from
 // behind, and would light it by what shines on its front.
-bool has_two_sides(cell_attributes a) { return a.thin; }
-
 lit_leaf lit_leaf_of(cell_attributes a, vec3 p_ws, float span)
 {
     float gathered = length(a.normal);
     vec3 n = gathered > 1e-3 ? a.normal / gathered : vec3(0.0);
     float directed = gathered > 1e-3 ? min(gathered * 2.0, 1.0) : 0.0;
-    bool two_sides = has_two_sides(a);
-    return lit_leaf(p_ws, n, span, directed, two_sides ? 0.0 : a.double_sided, two_sides);
+    return lit_leaf(p_ws, n, span, directed, a.thin ? 0.0 : a.double_sided, a.thin);
 }
 
 // Cosine that the cell's surfaces show to the light. Where normals of many directions meet, the mean of a sphere's lit
